@@ -1,0 +1,30 @@
+"""Errors a user can mend: where, what was found, what was expected, and how to mend it.
+
+Libraries raise these; only `cli` prints them and turns them into exit codes.
+"""
+
+from __future__ import annotations
+
+
+class EvalsuiteError(Exception):
+    """Bad input or usage (exit code 2). Its text is one line: `where: got …, expected …; fix`."""
+
+    exit_code = 2
+
+    def __init__(self, where: object, got: str, expected: str, fix: str = "") -> None:
+        self.where, self.got, self.expected, self.fix = str(where), got, expected, fix
+        super().__init__(where, got, expected, fix)  # all four, so that it survives pickling between processes
+
+    def __str__(self) -> str:
+        text = f"{self.where}: got {self.got}, expected {self.expected}"
+        return " ".join((f"{text}; {self.fix}" if self.fix else text).split())
+
+
+class MachineLacks(EvalsuiteError):
+    """The machine lacks something (exit code 3); `evalsuite doctor` says what."""
+
+    exit_code = 3
+
+
+class WorkerFailed(EvalsuiteError):
+    """A worker process died or hung (native abort, out of memory, time limit): costs one cell, never the run."""
