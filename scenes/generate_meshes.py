@@ -1,0 +1,221 @@
+"""Writes every mesh of `scenes/meshes/` anew, byte for byte: `python scenes/generate_meshes.py [-o DIRECTORY]`.
+
+NumPy only. Each builder returns (positions, faces): one or more closed surfaces, y up, wound counter-clockwise seen from
+outside. Normals are smooth, weighted by the corner angles (exact ones where the surface has a formula).
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+Points = NDArray[np.float64]
+Faces = NDArray[np.int64]
+#: Coordinates are rounded to this grid, so that a last-bit difference of sin or cos between processors leaves no trace.
+GRID = 2.0**-20
+
+
+def grid_faces(rows: int, columns: int, wrap_rows: bool = False) -> Faces:
+    """Triangles of a rows × columns vertex grid, periodic in columns; row index grows along ∂p/∂u × (this) outward."""
+    i, j = np.meshgrid(np.arange(rows if wrap_rows else rows - 1), np.arange(columns), indexing="ij")
+    a, b = i * columns + j, i * columns + (j + 1) % columns
+    c, d = (i + 1) % rows * columns + j, (i + 1) % rows * columns + (j + 1) % columns
+    return np.concatenate([np.stack([a, c, d], -1).reshape(-1, 3), np.stack([a, d, b], -1).reshape(-1, 3)])
+
+
+def capped_tube(rings: Points) -> tuple[Points, Faces]:
+    """Closed surface through (R, C, 3) rings; the first and the last ring shrink to their centres as poles."""
+    count, columns = rings.shape[:2]
+    positions = np.concatenate([rings.reshape(-1, 3), [rings[0].mean(0), rings[-1].mean(0)]])
+    first, last = count * columns, count * columns + 1
+    j = np.arange(columns)
+    k = (j + 1) % columns
+    start = np.stack([np.full(columns, first), j, k], -1)
+    end = np.stack([np.full(columns, last), (count - 1) * columns + k, (count - 1) * columns + j], -1)
+    return positions, np.concatenate([grid_faces(count, columns), start, end])
+
+
+def revolve(profile: Points, columns: int) -> tuple[Points, Faces]:
+    """Closed body of revolution about y of an (R, 2) profile (radius > 0, height), listed from the top to the bottom."""
+    phi = 2 * np.pi * np.arange(columns) / columns
+    radius, height = profile[:, :1], np.broadcast_to(profile[:, 1:], (len(profile), columns))
+    return capped_tube(np.stack([radius * np.sin(phi), height, radius * np.cos(phi)], -1))
+
+
+def spline(points: list[tuple[float, ...]], steps: int) -> Points:
+    """Centripetal Catmull-Rom curve through the points (no overshoot or cusp), `steps` samples a segment."""
+    p = np.asarray(points, float)
+    p = np.concatenate([[2 * p[0] - p[1]], p, [2 * p[-1] - p[-2]]])
+    t = np.concatenate([[0.0], np.cumsum(np.sqrt(np.linalg.norm(np.diff(p, axis=0), axis=1)))])[:, None]
+    curve = []
+    for i in range(1, len(p) - 2):
+        s = t[i] + (t[i + 1] - t[i]) * np.arange(steps)[:, None] / steps
+        a = [(p[k] * (t[k + 1] - s) + p[k + 1] * (s - t[k])) / (t[k + 1] - t[k]) for k in (i - 1, i, i + 1)]
+        b = [(a[k] * (t[i + 1 + k] - s) + a[k + 1] * (s - t[i - 1 + k])) / (t[i + 1 + k] - t[i - 1 + k]) for k in (0, 1)]
+        curve.append((b[0] * (t[i + 1] - s) + b[1] * (s - t[i])) / (t[i + 1] - t[i]))
+    return np.concatenate([*curve, p[-2:-1]])
+
+
+def sweep(curve: Points, columns: int) -> tuple[Points, Faces]:
+    """Closed tube along an (R, 3) curve of (x, y, radius) in the plane z = 0."""
+    tangent = np.gradient(curve[:, :2], axis=0)
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+    across = np.stack([tangent[:, 1], -tangent[:, 0], np.zeros(len(curve))], -1)
+    phi = 2 * np.pi * np.arange(columns)[:, None] / columns
+    centre = np.concatenate([curve[:, :2], np.zeros((len(curve), 1))], -1)
+    offset = np.cos(phi) * across[:, None] - np.sin(phi) * np.array([0.0, 0.0, 1.0])
+    return capped_tube(centre[:, None] + curve[:, None, 2:] * offset)
+
+
+def merge(*parts: tuple[Points, Faces]) -> tuple[Points, Faces]:
+    """The parts as one mesh."""
+    starts = np.cumsum([0, *(len(positions) for positions, _ in parts[:-1])])
+    return (
+        np.concatenate([positions for positions, _ in parts]),
+        np.concatenate([faces + start for (_, faces), start in zip(parts, starts, strict=True)]),
+    )
+
+
+def sphere72() -> tuple[Points, Faces]:
+    """Unit sphere of 72 slices × 72 stacks about y: 71·72 + 2 vertices, 2·71·72 triangles."""
+    theta = np.pi * np.arange(1, 72) / 72
+    positions, faces = revolve(np.stack([np.sin(theta), np.cos(theta)], -1), 72)
+    positions[-2:] = [[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]]
+    return positions, faces
+
+
+def torus() -> tuple[Points, Faces]:
+    """Torus about y of radii 1 and 0.4: 144 × 72 vertices, 2·144·72 triangles."""
+    phi, psi = np.meshgrid(2 * np.pi * np.arange(144) / 144, 2 * np.pi * np.arange(72) / 72, indexing="ij")
+    ring = 1 + 0.4 * np.cos(psi)
+    positions = np.stack([ring * np.sin(phi), 0.4 * np.sin(psi), ring * np.cos(phi)], -1).reshape(-1, 3)
+    return positions, grid_faces(144, 72, wrap_rows=True)
+
+
+def teapot() -> tuple[Points, Faces]:
+    """A teapot of four closed, overlapping surfaces: body, lid with knob, spout, handle. Stands on y = 0."""
+    body = [(0.02, 1.27), (0.50, 1.275), (0.565, 1.30), (0.585, 1.345), (0.625, 1.35), (0.645, 1.31), (0.70, 1.22)]
+    body += [(0.86, 1.03), (0.98, 0.78), (1.00, 0.53), (0.90, 0.29), (0.73, 0.135), (0.655, 0.085), (0.645, 0.055)]
+    body += [(0.69, 0.02), (0.665, 0.002), (0.60, 0.0), (0.02, 0.0)]
+    lid = [(0.012, 1.752), (0.075, 1.738), (0.125, 1.69), (0.13, 1.64), (0.085, 1.585), (0.066, 1.545), (0.10, 1.508)]
+    lid += [(0.25, 1.472), (0.42, 1.415), (0.53, 1.35), (0.545, 1.325), (0.52, 1.30), (0.02, 1.29)]
+    spout = [(0.62, 0.42, 0.30), (0.95, 0.47, 0.265), (1.20, 0.62, 0.20), (1.36, 0.88, 0.145), (1.52, 1.14, 0.115)]
+    spout += [(1.64, 1.27, 0.115), (1.70, 1.315, 0.125), (1.706, 1.32, 0.11), (1.68, 1.30, 0.085), (1.55, 1.17, 0.06)]
+    handle = [(-0.70, 1.13, 0.085), (-1.02, 1.19, 0.075), (-1.33, 1.17, 0.072), (-1.53, 1.02, 0.075)]
+    handle += [(-1.53, 0.80, 0.078), (-1.38, 0.58, 0.075), (-1.16, 0.42, 0.075), (-0.80, 0.30, 0.10)]
+    return merge(
+        revolve(spline(body, 4), 96), revolve(spline(lid, 4), 64), sweep_recessed(spout), sweep(spline(handle, 8), 24)
+    )
+
+
+def sweep_recessed(points: list[tuple[float, float, float]]) -> tuple[Points, Faces]:
+    """Tube whose last three points run back into its mouth, so that the spout looks hollow. There the sections keep the
+    mouth's tangent: a curve that turns back on itself has none."""
+    outer, inner = spline(points[:-3], 8), np.asarray(points[-3:])
+    outward = outer[-1, :2] - outer[-2, :2]
+    outward /= np.linalg.norm(outward)
+    back = np.stack([outer[-1, :2] + outward * s for s in (0.008, -0.02, -0.15)])
+    positions, faces = sweep(np.concatenate([outer, np.c_[outer[-1, :2] + outward * [[0.1], [0.2], [0.3]], inner[:, 2]]]), 32)
+    rings = positions[:-2].reshape(-1, 32, 3)
+    rings[-3:] += np.concatenate([back, np.zeros((3, 1))], -1)[:, None] - rings[-3:].mean(1, keepdims=True)
+    return capped_tube(rings)
+
+
+def icosphere(levels: int) -> tuple[Points, Faces]:
+    """Unit icosahedron, each triangle split in four `levels` times: 20·4^levels triangles."""
+    g = (1 + 5**0.5) / 2
+    corners = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g)]
+    corners += [(0, -1, -g), (0, 1, -g), (g, 0, -1), (g, 0, 1), (-g, 0, -1), (-g, 0, 1)]
+    fan = "0 11 5 0 5 1 0 1 7 0 7 10 0 10 11 1 5 9 5 11 4 11 10 2 10 7 6 7 1 8 3 9 4 3 4 2 3 2 6 3 6 8 3 8 9 4 9 5"
+    faces = np.array([*fan.split(), *"2 4 11 6 2 10 8 6 7 9 8 1".split()], np.int64).reshape(-1, 3)
+    positions = np.array(corners, float)
+    for _ in range(levels):
+        edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+        unique, index = np.unique(edges, axis=0, return_inverse=True)
+        ab, bc, ca = index.reshape(3, -1) + len(positions)
+        a, b, c = faces.T
+        positions = np.concatenate([positions, positions[unique].mean(1)])
+        faces = np.concatenate([np.stack(t, -1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
+    return positions / np.linalg.norm(positions, axis=1, keepdims=True), faces
+
+
+def gradient_noise(points: Points, seed: int) -> NDArray[np.float64]:
+    """Gradient noise of (N, 3) points, about −1…1, from an integer hash of the lattice: the same on every machine."""
+    cell = np.floor(points).astype(np.int64)
+    local = points - cell
+    fade = local**3 * (local * (local * 6 - 15) + 10)
+    total = np.zeros(len(points))
+    for corner in np.ndindex(2, 2, 2):
+        key = ((cell + corner) * [73856093, 19349663, 83492791]).sum(1) + seed * 40503
+        key = (key ^ (key >> 13)) * 1274126177 & 0x7FFFFFFF
+        gradient = np.stack([(key >> shift & 255) / 127.5 - 1 for shift in (3, 11, 19)], -1)
+        weight = np.prod(np.where(corner, fade, 1 - fade), axis=1)
+        total += weight * ((local - corner) * gradient).sum(1)
+    return total
+
+
+def organic() -> tuple[Points, Faces]:
+    """Icosphere of 20 480 triangles, displaced along its radius by four octaves of noise, the finer ones ridged."""
+    positions, faces = icosphere(5)
+    radius = 1 + 0.42 * gradient_noise(positions * 1.4 + 5.2, 1) + 0.24 * gradient_noise(positions * 2.9, 2)
+    radius += 0.13 * (0.25 - np.abs(gradient_noise(positions * 4.7, 3))) + 0.05 * gradient_noise(positions * 9.5, 4)
+    return positions * radius[:, None], faces
+
+
+def smooth_normals(positions: Points, faces: Faces) -> Points:
+    """(V, 3) unit normals: face normals weighted by the angle at the vertex."""
+    corners = positions[faces]
+    face_normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    face_normal /= np.linalg.norm(face_normal, axis=1, keepdims=True)
+    normals = np.zeros_like(positions)
+    for k in range(3):
+        a, b = (corners[:, (k + step) % 3] - corners[:, k] for step in (1, 2))
+        cosine = (a * b).sum(1) / (np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1))
+        np.add.at(normals, faces[:, k], face_normal * np.arccos(np.clip(cosine, -1, 1))[:, None])
+    return normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
+
+def torus_normals(positions: Points) -> Points:
+    """Exact normals of the torus of radii 1 and 0.4."""
+    centre = positions * [1.0, 0.0, 1.0]
+    return (positions - centre / np.linalg.norm(centre, axis=1, keepdims=True)) / 0.4
+
+
+#: name → builder of (positions, faces), and the exact normals where the surface has a formula.
+MESHES: dict[str, tuple[Callable[[], tuple[Points, Faces]], Callable[[Points], Points] | None]] = {
+    "sphere72": (sphere72, lambda positions: positions),
+    "torus": (torus, torus_normals),
+    "teapot": (teapot, None),
+    "organic": (organic, None),
+}
+
+
+def ply(name: str) -> bytes:
+    """The mesh as a binary little-endian PLY file: float32 positions and normals, int32 triangles."""
+    build, exact = MESHES[name]
+    positions, faces = build()
+    normals = exact(positions) if exact else smooth_normals(positions, faces)
+    vertices = (np.round(np.concatenate([positions, normals], 1) / GRID) * GRID + 0.0).astype("<f4")
+    triangles = np.empty(len(faces), [("count", "u1"), ("index", "<i4", 3)])
+    triangles["count"], triangles["index"] = 3, faces
+    header = ["ply", "format binary_little_endian 1.0", f"comment evalsuite {name}", f"element vertex {len(vertices)}"]
+    header += [f"property float {axis}" for axis in ("x", "y", "z", "nx", "ny", "nz")]
+    header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header\n"]
+    return "\n".join(header).encode() + vertices.tobytes() + triangles.tobytes()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("-o", "--output", type=Path, default=Path(__file__).parent / "meshes", help="directory")
+    directory = parser.parse_args().output
+    directory.mkdir(parents=True, exist_ok=True)
+    for name in MESHES:
+        (directory / f"{name}.ply").write_bytes(ply(name))
+
+
+if __name__ == "__main__":
+    main()
