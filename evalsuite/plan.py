@@ -1,0 +1,222 @@
+"""A report definition (`reports/*.toml`) and the command line's choices → the list of cells to make.
+
+A cell is one scene × technique × parameters × target: one GPU picture, one Mitsuba picture, one comparison.
+"""
+
+from __future__ import annotations
+
+import difflib
+import fnmatch
+import itertools
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from evalsuite.errors import EvalsuiteError
+from evalsuite.gpu.techniques import TECHNIQUES
+from evalsuite.scene import builtin
+
+Value = float | int | str
+
+#: Relative standard error of the reference: rms of the per-pixel standard error inside the object mask, over the mean
+#: radiance there; and the cap on samples per pixel at which sampling stops in any case (which is then said).
+QUALITY: Mapping[str, tuple[float, int]] = {
+    "draft": (0.02, 1 << 12),
+    "standard": (0.005, 1 << 15),
+    "publication": (0.001, 1 << 19),
+}
+
+#: Targets in order of truth, as in `reference.integrators`.
+TARGETS: Mapping[str, str] = {
+    "unoccluded": "environment × BRDF with horizon, no visibility",
+    "direct": "with visibility: light straight from the environment (and area lights)",
+    "path": "with visibility and interreflection",
+}
+
+
+@dataclass(frozen=True)
+class Cell:
+    """parameters: those stated by the report or the user (defaults left out). forced: those among them that the user gave
+    with -p, which bind a scene's materials even when it names no `subject`."""
+
+    scene: str
+    path: Path
+    environment: str | None
+    environment_path: Path | None
+    technique: str
+    parameters: Mapping[str, Value] = field(default_factory=dict)
+    target: str = "unoccluded"
+    forced: frozenset[str] = frozenset()
+
+    @property
+    def id(self) -> str:
+        """`<scene>/<technique>/<parameters>/<target>`; a replaced environment counts among the parameters."""
+        stated = ({"env": self.environment} if self.environment else {}) | dict(self.parameters)
+        text = ",".join(f"{name}={format_value(value)}" for name, value in stated.items()) or "default"
+        return "/".join(part.replace("/", "∕") for part in (self.scene, self.technique, text, self.target))
+
+
+@dataclass(frozen=True)
+class Group:
+    name: str
+    scenes: tuple[str, ...]
+    techniques: tuple[str, ...]
+    environments: tuple[str | None, ...] = (None,)
+    targets: tuple[str, ...] = ("unoccluded",)
+    parameters: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Report:
+    name: str
+    title: str
+    description: str
+    groups: tuple[Group, ...]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What the command line says on top of a report; empty means: as in the report."""
+
+    scenes: Sequence[str] = ()
+    techniques: Sequence[str] = ()
+    environment: str | None = None
+    targets: Sequence[str] = ()
+    parameters: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
+
+
+def format_value(value: Value) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def parse_value(text: str) -> Value:
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text
+
+
+def parse_parameters(options: Sequence[str]) -> dict[str, tuple[Value, ...]]:
+    """["exponent=10,100", "bias=2"] → {"exponent": (10, 100), "bias": (2,)}."""
+    parsed: dict[str, tuple[Value, ...]] = {}
+    for option in options:
+        name, equals, text = option.partition("=")
+        values = tuple(parse_value(part.strip()) for part in text.split(",") if part.strip())
+        if not equals or not name.strip() or not values:
+            raise EvalsuiteError(f"-p {option}", "no name=value", "name=value, or name=value1,value2,… to sweep")
+        parsed[name.strip()] = values
+    return parsed
+
+
+def report_path(name: str) -> Path:
+    """Path of a report by name or of a .toml file. Raises EvalsuiteError for an unknown one."""
+    path = Path(name)
+    if path.suffix == ".toml":
+        if not path.is_file():
+            raise EvalsuiteError(path, "no such file", "a report definition (.toml)", "check the path")
+        return path
+    known = {p.stem: p for p in sorted(builtin.reports_directory().glob("*.toml"))}
+    if name not in known:
+        raise unknown("report", name, known, "`evalsuite list reports`")
+    return known[name]
+
+
+def unknown(what: str, name: str, known: Sequence[str] | Mapping, see: str) -> EvalsuiteError:
+    near = difflib.get_close_matches(name, list(known), n=1)
+    hint = f"did you mean '{near[0]}'? " if near else ""
+    return EvalsuiteError(f"{what} '{name}'", "no such name", f"one of {', '.join(known)}", f"{hint}See {see}")
+
+
+_GROUP_KEYS = {"name", "scenes", "techniques", "environments", "targets", "parameters"}
+
+
+def load_report(name: str) -> Report:
+    """Read and check a report definition. Raises EvalsuiteError naming the file and the key at fault."""
+    path = report_path(name)
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise EvalsuiteError(path, str(error), "a TOML report definition", "mend the file there") from error
+    strange = set(data) - {"title", "description", "group"}
+    if strange or not isinstance(data.get("group"), list):
+        got = f"unknown key '{sorted(strange)[0]}'" if strange else "no [[group]]"
+        raise EvalsuiteError(path, got, "title, description and [[group]] tables")
+    groups = []
+    for number, table in enumerate(data["group"], 1):
+        where = f"{path} [[group]] {number}"
+        strange = set(table) - _GROUP_KEYS
+        if strange:
+            raise EvalsuiteError(where, f"unknown key '{sorted(strange)[0]}'", ", ".join(sorted(_GROUP_KEYS)))
+
+        def names(key: str, default: tuple = (), table: dict = table, where: str = where) -> tuple:
+            value = table.get(key, list(default))
+            if not isinstance(value, list) or not all(isinstance(v, str) for v in value if v is not None):
+                raise EvalsuiteError(f"{where}, {key}", repr(value), "a list of names")
+            return tuple(value)
+
+        parameters = table.get("parameters", {})
+        if not isinstance(parameters, dict):
+            raise EvalsuiteError(f"{where}, parameters", repr(parameters), "a table of name = value or [values]")
+        groups.append(Group(
+            name=str(table.get("name", number)), scenes=names("scenes"), techniques=names("techniques"),
+            environments=names("environments") or (None,), targets=names("targets", ("unoccluded",)),
+            parameters={k: tuple(v) if isinstance(v, list) else (v,) for k, v in parameters.items()}))
+    return Report(path.stem, str(data.get("title", path.stem)), str(data.get("description", "")), tuple(groups))
+
+
+def _matching(patterns: Sequence[str]) -> list[str]:
+    chosen: list[str] = []
+    for pattern in patterns:
+        matches = fnmatch.filter(TECHNIQUES, pattern)
+        if not matches:
+            raise unknown("technique", pattern, TECHNIQUES, "`evalsuite list techniques`")
+        chosen += [m for m in matches if m not in chosen]
+    return chosen
+
+
+def plan(report: Report, choice: Choice | None = None) -> list[Cell]:
+    """All cells of a report under the user's choices, each once, in the report's order.
+
+    Raises EvalsuiteError for unknown scenes, environments, techniques, targets, or a parameter no chosen technique has."""
+    choice = choice or Choice()
+    selected = _matching(choice.techniques) if choice.techniques else None
+    in_report = [t for group in report.groups for t in _matching(group.techniques)]
+    extra = [t for t in selected or [] if t not in in_report]
+
+    cells: dict[str, Cell] = {}
+    used: set[str] = set()
+    known: set[str] = set()
+    for group in report.groups:
+        techniques = [t for t in _matching(group.techniques) if selected is None or t in selected] + extra
+        parameters = dict(group.parameters) | dict(choice.parameters)
+        environments = (choice.environment,) if choice.environment else (None,) if choice.scenes else group.environments
+        for name, environment, technique in itertools.product(choice.scenes or group.scenes, environments, techniques):
+            path = builtin.scene_path(name)
+            own = {p.name for p in TECHNIQUES[technique].parameters}
+            known |= own
+            sweep = {k: v for k, v in parameters.items() if k in own}
+            used |= set(sweep)
+            for target in choice.targets or group.targets:
+                if target not in TARGETS:
+                    raise unknown("target", target, TARGETS, "`evalsuite list targets`")
+                for values in itertools.product(*sweep.values()):
+                    cell = Cell(
+                        scene=path.stem, path=path, environment=_environment_label(environment),
+                        environment_path=builtin.environment_path(environment) if environment else None,
+                        technique=technique, parameters=dict(zip(sweep, values, strict=True)), target=target,
+                        forced=frozenset(choice.parameters) & own)
+                    cells.setdefault(cell.id, cell)
+    for name in choice.parameters:
+        if cells and name not in used:
+            raise unknown("parameter", name, sorted(known), "`evalsuite list techniques`")
+    return list(cells.values())
+
+
+def _environment_label(environment: str | None) -> str | None:
+    if environment is None or not re.search(r"[/\\]|\.(exr|hdr)$", environment, re.IGNORECASE):
+        return environment
+    return Path(environment).name

@@ -1,0 +1,163 @@
+"""Content-addressed store: an entry's name is the hash of all that decides its content, so it is never made twice.
+
+An entry is a folder, filled beside its place and renamed into it in one step: it is there whole or not at all, whatever
+kills the process. Concurrent runs may share a store; who comes second throws his copy away.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import is_dataclass
+from functools import lru_cache
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+import platformdirs
+
+from evalsuite.errors import EvalsuiteError
+
+
+def cache_directory() -> Path:
+    """$EVALSUITE_CACHE, else the user's cache folder."""
+    return Path(os.environ.get("EVALSUITE_CACHE") or platformdirs.user_cache_path("evalsuite"))
+
+
+def digest(value: object) -> str:
+    """SHA-256 (hex) of any nest of plain values, dataclasses, paths and arrays, independent of dictionary order."""
+    return hashlib.sha256(json.dumps(_plain(value), sort_keys=True, allow_nan=True).encode()).hexdigest()
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, np.ndarray):
+        return ["array", str(value.dtype), list(value.shape), hashlib.sha256(np.ascontiguousarray(value)).hexdigest()]
+    if isinstance(value, np.generic):
+        return value.item()
+    if is_dataclass(value) and not isinstance(value, type):
+        return _plain({name: getattr(value, name) for name in value.__dataclass_fields__})
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, (str, int, float, bool)) or value is None:
+        return value
+    return str(value)
+
+
+@lru_cache(maxsize=4096)
+def _file_digest(path: Path, stamp: tuple[int, int]) -> str:
+    del stamp  # part of the key: a changed file is read again
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def file_digest(path: Path) -> str:
+    """SHA-256 (hex) of a file's bytes."""
+    status = path.stat()
+    return _file_digest(path, (status.st_mtime_ns, status.st_size))
+
+
+@lru_cache(maxsize=64)
+def source_digest(*modules: str) -> str:
+    """Hash of the package's own source files: `source_digest("reference", "math/sphere.py")` takes folders and files.
+    A result made by other code is another result."""
+    root = Path(__file__).resolve().parent.parent
+    files: list[Path] = []
+    for module in modules:
+        place = root / module
+        files += sorted(p for p in place.rglob("*") if p.suffix in {".py", ".glsl"}) if place.is_dir() else [place]
+    return digest([[str(p.relative_to(root)), file_digest(p)] for p in files])
+
+
+@lru_cache
+def package_versions(*names: str) -> dict[str, str]:
+    """Installed versions of distributions, for keys and provenance."""
+    found = {}
+    for name in names:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found[name] = "absent"
+    return found
+
+
+class Store:
+    """Entries `<root>/<kind>/<key>/`, each with a `meta.json`."""
+
+    def __init__(self, root: Path | None = None, *, read: bool = True) -> None:
+        self.root, self._read = Path(root or cache_directory()), read
+
+    def path(self, kind: str, key: str) -> Path:
+        return self.root / kind / key[:2] / key
+
+    def get(self, kind: str, key: str) -> tuple[Path, dict] | None:
+        """Folder and metadata of an entry, or None."""
+        if not self._read:
+            return None
+        place = self.path(kind, key)
+        try:
+            return place, json.loads((place / "meta.json").read_text())
+        except (OSError, ValueError):
+            return None
+
+    def put(self, kind: str, key: str, meta: Mapping, fill: Callable[[Path], None] | None = None) -> tuple[Path, dict]:
+        """Make an entry: `fill(folder)` writes its files. Raises EvalsuiteError when the disk is full or not writable."""
+        place = self.path(kind, key)
+        try:
+            place.parent.mkdir(parents=True, exist_ok=True)
+            fresh = Path(tempfile.mkdtemp(prefix=".new-", dir=place.parent))
+            try:
+                if fill is not None:
+                    fill(fresh)
+                (fresh / "meta.json").write_text(json.dumps(_plain(meta), indent=1))
+                if not self._read and place.exists():
+                    shutil.rmtree(place, ignore_errors=True)
+                os.rename(fresh, place)
+            except OSError:
+                shutil.rmtree(fresh, ignore_errors=True)
+                if (place / "meta.json").exists():  # another run was first, with the same content
+                    return place, json.loads((place / "meta.json").read_text())
+                shutil.rmtree(place, ignore_errors=True)
+                raise
+        except OSError as error:
+            raise unwritable(self.root, error) from error
+        return place, json.loads((place / "meta.json").read_text())
+
+    # A reference on its way: overwritten as it grows, gone when it is done.
+    def partial(self, key: str) -> Path:
+        return self.root / "partial" / f"{key}.npz"
+
+    def entries(self) -> Iterable[tuple[str, Path]]:
+        """(kind, folder) of every entry."""
+        for meta in sorted(self.root.glob("*/*/*/meta.json")):
+            yield meta.parent.parent.parent.name, meta.parent
+
+
+def unwritable(where: Path, error: OSError) -> EvalsuiteError:
+    """The one line for a folder that cannot be written: no permission, a full or read-only disk, a file in the way."""
+    return EvalsuiteError(where, error.strerror or str(error), "a folder that can be written, with space left",
+                          "choose another (--out, or EVALSUITE_CACHE for the cache)")
+
+
+def write_atomic(path: Path, data: bytes | str) -> None:
+    """Write a file beside its place and rename it: readers see the old content or the new, never half of it."""
+    data = data.encode() if isinstance(data, str) else data
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=".new-", dir=path.parent)
+        try:
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(data)
+            os.chmod(name, 0o644)
+            os.replace(name, path)
+        except OSError:
+            Path(name).unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        raise unwritable(path.parent, error) from error
+
