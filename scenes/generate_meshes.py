@@ -67,7 +67,7 @@ def sweep(curve: Points, columns: int) -> tuple[Points, Faces]:
     across = np.stack([tangent[:, 1], -tangent[:, 0], np.zeros(len(curve))], -1)
     phi = 2 * np.pi * np.arange(columns)[:, None] / columns
     centre = np.concatenate([curve[:, :2], np.zeros((len(curve), 1))], -1)
-    offset = np.cos(phi) * across[:, None] - np.sin(phi) * np.array([0.0, 0.0, 1.0])
+    offset = np.cos(phi) * across[:, None] + np.sin(phi) * np.array([0.0, 0.0, 1.0])
     return capped_tube(centre[:, None] + curve[:, None, 2:] * offset)
 
 
