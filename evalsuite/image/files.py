@@ -1,0 +1,46 @@
+"""Plain file handling for pictures: whole reads that fail clearly, writes that are never seen half done."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from evalsuite.errors import EvalsuiteError
+
+FORMATS = "an .exr, .hdr, .png or .jpg picture"
+
+
+@contextlib.contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A temporary name beside `path` that takes its place when the block succeeds: readers never see half a file.
+    Raises EvalsuiteError if the folder cannot be written."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=f".{path.stem[:40]}-", suffix=path.suffix, dir=path.parent)
+    except OSError as error:
+        raise EvalsuiteError(path, f"no way to write there ({error.strerror})", "a folder that can be written") from error
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        yield temporary
+        temporary.chmod(0o644)
+        temporary.replace(path)
+    except (OSError, RuntimeError) as error:
+        raise EvalsuiteError(path, f"a failed write ({error})", "a folder that can be written, with room") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def read_bytes(path: Path, count: int = -1) -> bytes:
+    """The file's bytes (the first `count`, if given). Raises EvalsuiteError if it is missing, unreadable or empty."""
+    try:
+        with path.open("rb") as file:
+            data = file.read(count)
+    except OSError as error:
+        raise EvalsuiteError(path, f"no readable file ({error.strerror})", FORMATS) from error
+    if not data:
+        raise EvalsuiteError(path, "an empty file", FORMATS)
+    return data
