@@ -121,6 +121,7 @@ class Scene:
     environment: Environment | None
     mitsuba_only: tuple[str, ...] = ()
     refused: tuple[str, ...] = ()
+    subject: tuple[str, ...] = ()
 
     def require_drawable(self) -> None:
         """Raise EvalsuiteError naming the first element (with its line) that the GPU side cannot draw."""
