@@ -1,0 +1,381 @@
+"""The commands. The one place that prints, catches EvalsuiteError and exits."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import webbrowser
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from evalsuite import __version__
+from evalsuite.errors import EvalsuiteError
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
+                  help="How wrong is a real-time lighting approximation, where and why: GPU pictures beside Mitsuba 3 ground truth.")
+env_app = typer.Typer(no_args_is_help=True, help="Environment maps: list, inspect, make.")
+list_app = typer.Typer(no_args_is_help=True, help="What there is: scenes, techniques, targets, reports.")
+cache_app = typer.Typer(no_args_is_help=True, help="The store of rendered pictures.")
+app.add_typer(env_app, name="env")
+app.add_typer(list_app, name="list")
+app.add_typer(cache_app, name="cache")
+
+out, err = Console(), Console(stderr=True)
+
+Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+Size = Annotated[str | None, typer.Option(metavar="WxH", help="Picture size [pixels]; default: the scene's own.")]
+Env = Annotated[str | None, typer.Option("--env", help="Lat-long .exr/.hdr, or a name from `evalsuite env list`.")]
+Param = Annotated[list[str] | None, typer.Option("--param", "-p", metavar="K=V", help="Parameter; K=V1,V2,… sweeps.")]
+Quality = Annotated[str | None, typer.Option(help="draft (2 %), standard (0.5 %) or publication (0.1 %).")]
+TargetError = Annotated[float | None, typer.Option(help="Relative standard error of the reference, instead of --quality.")]
+Seed = Annotated[int, typer.Option(help="Seed of every random number.")]
+NoCache = Annotated[bool, typer.Option("--no-cache", help="Render everything anew (and store it).")]
+RepairEnv = Annotated[bool, typer.Option("--repair-env", help="Replace NaN and Inf texels instead of refusing the map.")]
+
+
+def main() -> None:
+    """Entry point: exit codes as documented, one line on stderr instead of a traceback."""
+    code: object = 0
+    try:
+        code = app(standalone_mode=False)
+    except EvalsuiteError as error:
+        err.print(f"error: {escape(str(error))}", style="red", highlight=False, soft_wrap=True)
+        code = error.exit_code
+    except typer.Exit as exit_:
+        code = exit_.exit_code
+    except (KeyboardInterrupt, typer.Abort):
+        err.print("interrupted; the same command continues where it stopped", highlight=False)
+        code = 130
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OSError as error:
+        err.print(f"error: {escape(str(error.filename or 'file system'))}: got {escape(error.strerror or str(error))}, "
+                  "expected a readable file or a writable folder; check the path and the disk", style="red", soft_wrap=True)
+        code = 2
+    except Exception as error:
+        if not hasattr(error, "format_message"):  # anything but a usage error of the command line
+            raise
+        err.print(f"error: {escape(error.format_message())}", style="red", highlight=False, soft_wrap=True)
+        code = 2
+    sys.exit(code if isinstance(code, int) else 0)
+
+
+def _size(text: str | None) -> tuple[int, int] | None:
+    if text is None:
+        return None
+    parts = text.lower().split("x")
+    if len(parts) != 2 or not all(p.isdigit() and 1 <= int(p) <= 16384 for p in parts):
+        raise EvalsuiteError(f"--size {text}", "no size", "WxH in pixels, 1 to 16384 each, as 256x256")
+    return int(parts[0]), int(parts[1])
+
+
+def _error(quality: str | None, target_error: float | None) -> tuple[float, int]:
+    """(relative standard error, cap on samples per pixel)."""
+    from evalsuite.plan import QUALITY, unknown
+
+    if target_error is not None:
+        if not 0 < target_error < 1:
+            raise EvalsuiteError(f"--target-error {target_error}", "no usable value", "a relative standard error in (0, 1), as 0.005")
+        cap = next((cap for limit, cap in QUALITY.values() if target_error >= limit), QUALITY["publication"][1])
+        return target_error, cap
+    quality = quality or "draft"
+    if quality not in QUALITY:
+        raise unknown("--quality", quality, QUALITY, "`evalsuite run --help`")
+    return QUALITY[quality]
+
+
+def _print_json(value: Any) -> None:
+    print(json.dumps(value, indent=1, ensure_ascii=False))
+
+
+def _print_table(rows: list[dict], columns: list[str], title: str | None = None) -> None:
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
+    for column in columns:
+        table.add_column(column.replace("_", " "), overflow="fold")
+    for row in rows:
+        table.add_row(*(escape(str(row.get(column, ""))) for column in columns))
+    out.print(table)
+
+
+@app.callback(invoke_without_command=True)
+def _version(version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
+    if version:
+        print(f"evalsuite {__version__}")
+        raise typer.Exit
+
+
+@app.command()
+def run(
+    report: Annotated[str, typer.Argument(help="Report name or .toml file.")] = "accuracy",
+    scene: Annotated[list[str] | None, typer.Option(help="Scene name or Mitsuba XML file, instead of the report's. Repeatable.")] = None,
+    technique: Annotated[list[str] | None, typer.Option("--technique", "-t", help="Technique id or glob. Repeatable.")] = None,
+    param: Param = None,
+    env: Env = None,
+    target: Annotated[list[str] | None, typer.Option(help="unoccluded, direct or path. Repeatable.")] = None,
+    quality: Quality = None,
+    target_error: TargetError = None,
+    size: Size = None,
+    out_dir: Annotated[Path | None, typer.Option("--out", help="Output folder; default reports/build/REPORT.")] = None,
+    seed: Seed = 0,
+    jobs: Annotated[int | None, typer.Option(help="Comparison processes; default: one a core.")] = None,
+    no_cache: NoCache = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only list the cells.")] = False,
+    missing_only: Annotated[bool, typer.Option("--missing-only", help="Keep the cells that the output folder has scored.")] = False,
+    repair_env: RepairEnv = False,
+    as_json: Json = False,
+) -> None:
+    """Render and compare all cells of a report; write results.json, pictures and the page."""
+    from evalsuite import plan as planning
+    from evalsuite.commands import run_report
+
+    definition = planning.load_report(report)
+    choice = planning.Choice(scene or (), technique or (), env, target or (), planning.parse_parameters(param or []))
+    cells = planning.plan(definition, choice)
+    error, cap = _error(quality, target_error)
+    directory = out_dir or Path("reports", "build", definition.name)
+    if dry_run:
+        rows = [{"cell": cell.id} for cell in cells]
+        _print_json([row["cell"] for row in rows]) if as_json else _print_table(rows, ["cell"], f"{len(cells)} cells")
+        return
+    from evalsuite.pipeline import Settings
+
+    settings = Settings(error, cap, _size(size), seed, repair_env)
+    results = run_report(definition, cells, settings, directory, jobs=jobs, read_cache=not no_cache,
+                         missing_only=missing_only, console=err)
+    if as_json:
+        _print_json(results)
+    else:
+        from evalsuite.report.table import results_table
+
+        out.print(results_table(results))
+        print(directory / "index.html")
+    if results["cells"] and not any(cell["status"] == "scored" for cell in results["cells"]):
+        worst = next((c for c in results["cells"] if c["status"] != "skipped"), results["cells"][0])
+        raise EvalsuiteError(worst["id"], worst["message"], "at least one cell that can be scored", "see the page for each cell's reason")
+
+
+@app.command()
+def render(
+    scene: Annotated[str, typer.Argument(help="Scene name or Mitsuba XML file.")],
+    technique: Annotated[str, typer.Option("--technique", "-t", help="Technique id.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="EXR file to write.")],
+    param: Param = None,
+    env: Env = None,
+    size: Size = None,
+    seed: Seed = 0,
+    repair_env: RepairEnv = False,
+) -> None:
+    """Draw one GPU picture (linear EXR)."""
+    from evalsuite import api
+    from evalsuite.image import exr
+    from evalsuite.plan import parse_parameters
+
+    _require_exr(output)
+    parameters = {name: values[0] for name, values in parse_parameters(param or []).items()}
+    handle = _load(api, scene, env, size, repair_env)
+    with err.status(f"drawing {escape(scene)} with {escape(technique)}"):
+        picture = api.render(handle, technique, seed=seed, **parameters)
+    exr.write(output, picture)
+    print(output)
+
+
+@app.command()
+def reference(
+    scene: Annotated[str, typer.Argument(help="Scene name or Mitsuba XML file.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="EXR file to write: the mean, and a part `standard_error`.")],
+    target: Annotated[str, typer.Option(help="unoccluded, direct or path.")] = "direct",
+    env: Env = None,
+    size: Size = None,
+    quality: Quality = None,
+    target_error: TargetError = None,
+    seed: Seed = 0,
+    repair_env: RepairEnv = False,
+) -> None:
+    """Render one Mitsuba picture with its standard error as a second EXR part."""
+    from evalsuite import api
+    from evalsuite.image import exr
+
+    _require_exr(output)
+    error, cap = _error(quality, target_error)
+    handle = _load(api, scene, env, size, repair_env)
+    with err.status(f"rendering {escape(scene)}, {escape(target)}"):
+        result = api.reference(handle, target, target_error=error, max_spp=cap, seed=seed)
+    exr.write(output, {"reference": result.mean, "standard_error": result.standard_error},
+              header={"evalsuite_spp": result.spp, "evalsuite_target": target})
+    if result.capped:
+        err.print(f"warning: sampling stopped at the cap of {result.spp} spp: relative standard error {result.reached_error:.2%}, "
+                  f"asked for was {error:.2%}", style="yellow", highlight=False)
+    print(f"{output}  {result.spp} spp, relative standard error {result.reached_error:.2%}")
+
+
+def _load(api: Any, scene: str, env: str | None, size: str | None, repair: bool) -> Any:
+    import warnings
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        handle = api.load_scene(scene, envmap=env, size=_size(size), repair_env=repair)
+    for warning in caught:
+        err.print(f"warning: {escape(str(warning.message))}", style="yellow", highlight=False, soft_wrap=True)
+    return handle
+
+
+def _require_exr(path: Path) -> None:
+    if path.suffix.lower() != ".exr":
+        raise EvalsuiteError(path, f"the extension '{path.suffix}'", ".exr (linear float picture)", "name the output something.exr")
+    if not path.parent.is_dir():
+        raise EvalsuiteError(path.parent, "no such folder", "an existing folder for the picture", "make it first")
+
+
+@app.command()
+def compare(
+    image: Annotated[Path, typer.Argument(help="EXR, HDR or PNG picture.")],
+    reference: Annotated[Path, typer.Argument(help="EXR, HDR or PNG picture of the same size.")],
+    standard_error: Annotated[Path | None, typer.Option(help="EXR with the reference's standard error.")] = None,
+    mask: Annotated[Path | None, typer.Option(help="Picture; pixels over ½ count.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Folder for error maps and metrics.json.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Metrics and error maps of any two pictures, from any renderer."""
+    from evalsuite.commands import compare_files
+
+    result = compare_files(image, reference, standard_error, mask, output)
+    if as_json:
+        _print_json(result)
+        return
+    rows = [{"metric": name, "value": f"{m['value']:.6g}", "95 % interval": f"{m['ci95'][0]:.6g} … {m['ci95'][1]:.6g}"}
+            for name, m in result["metrics"].items() if not name.endswith("_full")]
+    _print_table(rows, ["metric", "value", "95 % interval"])
+    for note in result["notes"]:
+        print(note)
+    if output:
+        print(output)
+
+
+@app.command("open")
+def open_page(report: Annotated[str, typer.Argument(help="Report name or output folder.")] = "accuracy") -> None:
+    """Open a report's page in the browser."""
+    page = (Path(report) if Path(report).is_dir() else Path("reports", "build", report)) / "index.html"
+    if not page.exists():
+        raise EvalsuiteError(page, "no such file", "the page of an earlier run", f"type `evalsuite run {report}` first")
+    webbrowser.open(page.resolve().as_uri())
+    print(page)
+
+
+@app.command()
+def doctor(as_json: Json = False) -> None:
+    """Say what this machine has (OpenGL, Mitsuba, LLVM), what it lacks, and how to get it. Exit code 3 when it lacks something."""
+    from evalsuite.commands import examine
+
+    result = examine()
+    if as_json:
+        _print_json(result)
+    else:
+        for line in result["checks"]:
+            mark = "[green]ok[/green]     " if line["ok"] else "[red]missing[/red]"
+            out.print(f"{mark} {escape(line['name'])}: {escape(line['text'])}", highlight=False, soft_wrap=True)
+            if not line["ok"] and line["fix"]:
+                out.print(f"        {escape(line['fix'])}", highlight=False, soft_wrap=True)
+    if not all(line["ok"] for line in result["checks"]):
+        raise typer.Exit(3)
+
+
+@list_app.command("scenes")
+def list_scenes(as_json: Json = False) -> None:
+    """Built-in scenes."""
+    from evalsuite.scene import builtin
+
+    rows = [{k: str(v) for k, v in row.items()} for row in builtin.list_scenes()]
+    _print_json(rows) if as_json else _print_table(rows, ["name", "description"])
+
+
+@list_app.command("techniques")
+def list_techniques(as_json: Json = False) -> None:
+    """Every technique with its paper, equation, parameters, assumptions and target."""
+    from evalsuite.gpu.techniques import TECHNIQUES
+
+    rows = [technique.to_json() for technique in TECHNIQUES.values()]
+    if as_json:
+        _print_json(rows)
+        return
+    for row in rows:
+        out.print(f"[bold]{row['id']}[/bold]  {escape(row['title'])}", highlight=False)
+        facts = {"paper": row["paper"], "equation": row["equation"], "target": row["target"], "stands for": ", ".join(row["stands_for"]),
+                 "parameters": "; ".join(f"{p['name']} = {p['default']} ({p['meaning']})" for p in row["parameters"]),
+                 "assumes": " · ".join(row["assumptions"])}
+        for name, text in facts.items():
+            out.print(f"  {name + ':':<12}{escape(str(text))}", highlight=False, soft_wrap=True)
+
+
+@list_app.command("targets")
+def list_targets(as_json: Json = False) -> None:
+    """What Mitsuba renders as truth, in order."""
+    from evalsuite.plan import TARGETS
+
+    rows = [{"name": name, "description": text} for name, text in TARGETS.items()]
+    _print_json(rows) if as_json else _print_table(rows, ["name", "description"])
+
+
+@list_app.command("reports")
+def list_reports(as_json: Json = False) -> None:
+    """Report definitions."""
+    from evalsuite import plan
+    from evalsuite.scene import builtin
+
+    definitions = [plan.load_report(str(path)) for path in sorted(builtin.reports_directory().glob("*.toml"))]
+    rows = [{"name": d.name, "title": d.title, "cells": len(plan.plan(d))} for d in definitions]
+    _print_json(rows) if as_json else _print_table(rows, ["name", "title", "cells"])
+
+
+@env_app.command("list")
+def env_list(as_json: Json = False) -> None:
+    """Environments known by name: built in, of an installed Blender, in $EVALSUITE_ENV_PATH."""
+    from evalsuite.scene import builtin
+
+    rows = [{k: str(v) for k, v in row.items()} for row in builtin.list_environments()]
+    _print_json(rows) if as_json else _print_table(rows, ["name", "source", "description"])
+
+
+@env_app.command("info")
+def env_info(file: Annotated[str, typer.Argument(help="Lat-long .exr/.hdr, or a name.")], as_json: Json = False) -> None:
+    """Resolution, range, mean, irradiance, and what had to be cleaned."""
+    from evalsuite.commands import environment_facts
+
+    facts = environment_facts(file)
+    _print_json(facts) if as_json else _print_table([{"": k, "value": v} for k, v in facts.items()], ["", "value"])
+
+
+@env_app.command("make")
+def env_make(
+    name: Annotated[str, typer.Argument(help="Built-in environment.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="EXR file to write.")],
+) -> None:
+    """Make a built-in environment anew from its generator."""
+    from evalsuite.commands import make_environment
+
+    _require_exr(output)
+    with err.status(f"making {escape(name)}"):
+        make_environment(name, output)
+    print(output)
+
+
+@cache_app.command("info")
+def cache_info(as_json: Json = False) -> None:
+    """Where the store is and how much it holds."""
+    from evalsuite.commands import cache_facts
+
+    facts = cache_facts()
+    if as_json:
+        _print_json(facts)
+        return
+    print(facts["path"])
+    _print_table(facts["kinds"], ["kind", "entries", "megabytes"])
+
+
+if __name__ == "__main__":
+    main()

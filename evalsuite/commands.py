@@ -1,0 +1,204 @@
+"""What the commands do, without their printing: `cli` parses and prints, this connects the parts."""
+
+from __future__ import annotations
+
+import datetime
+import importlib.util
+import json
+import subprocess
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from evalsuite.compare import compare
+from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed
+from evalsuite.execute.local import Lane, Workers
+from evalsuite.image import exr
+from evalsuite.pipeline import Progress as Told
+from evalsuite.pipeline import Run, Settings, run_cells
+from evalsuite.plan import Cell, Report
+from evalsuite.scene import builtin
+from evalsuite.store import results as store_results
+from evalsuite.store.cache import Store, write_atomic
+
+
+def run_report(report: Report, cells: list[Cell], settings: Settings, directory: Path, *, jobs: int | None, read_cache: bool,
+               missing_only: bool, console: Console) -> dict:
+    """Make the cells, write results.json and the page into `directory`; returns the results."""
+    from evalsuite.report import page
+
+    store_results.prepare(directory)
+    kept: dict[str, dict] = {}
+    if missing_only and (directory / "results.json").exists():
+        kept = {c["id"]: c for c in store_results.read(directory)["cells"] if c["status"] == "scored"}
+    todo = [cell for cell in cells if cell.id not in kept]
+    with Workers(jobs) as workers, _progress(console, len(todo)) as told:
+        run = Run(Store(read=read_cache), workers, settings, told)
+        fresh = {cell["id"]: (cell, files) for cell, files in run_cells(run, todo)}
+        header = {"report": report.name, "title": report.title, "description": report.description,
+                  "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+                  "host": run.host() | {"git": _git()}}
+    for cell in kept.values():
+        files = {name: directory / path for name, path in cell["images"].items()}
+        fresh[cell["id"]] = (cell, files)
+    results = store_results.write(directory, header, [fresh[cell.id] for cell in cells])
+    page.write(results, directory)
+    return results
+
+
+@contextmanager
+def _progress(console: Console, total: int) -> Any:
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("starting", total=total)
+
+        def step(text: str) -> None:
+            bar.update(task, description=escape(f"{text[:70]:<70}"))
+
+        def warn(text: str) -> None:
+            bar.console.print(f"warning: {escape(text)}", style="yellow", highlight=False, soft_wrap=True)
+
+        def cell(result: dict) -> None:
+            bar.advance(task)
+            if result["status"] in {"failed", "uncertified"}:
+                warn(f"{result['id']}: {result['message']}")
+
+        yield Told(cell=cell, step=step, warn=warn)
+
+
+def _git() -> str | None:
+    """Commit of the checkout that evalsuite runs from, with `-dirty` for local changes; None for an installed package."""
+    root = Path(__file__).resolve().parent.parent
+    if not (root / ".git").exists():
+        return None
+    command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=12"]
+    try:
+        return subprocess.run(command, capture_output=True, text=True, timeout=10).stdout.strip() or None
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+
+
+def compare_files(image: Path, reference: Path, standard_error: Path | None, mask: Path | None, directory: Path | None) -> dict:
+    """Metrics of two pictures; with `directory`, also the error maps and metrics.json there."""
+    lane = Lane("compare")
+    try:
+        return lane.call("evalsuite.commands:_compare_files", image, reference, standard_error, mask, directory)
+    finally:
+        lane.close()
+
+
+def _compare_files(image: Path, reference: Path, standard_error: Path | None, mask: Path | None, directory: Path | None) -> dict:
+    pictures = [exr.read(path) for path in (image, reference)]
+    if pictures[0].shape != pictures[1].shape:
+        sizes = ["{1}x{0}".format(*picture.shape[:2]) for picture in pictures]
+        raise EvalsuiteError(image, f"a picture of {sizes[0]}", f"{sizes[1]}, the size of {reference}", "render both at one size")
+    result = compare(*pictures, standard_error=exr.read(standard_error) if standard_error else None,
+                     mask=exr.read(mask).mean(axis=-1) > 0.5 if mask else None)
+    if directory is not None:
+        store_results.prepare(directory)
+        for name in ("difference", "relative", "zscore", "flip_map"):
+            picture = getattr(result, name)
+            if picture is not None:
+                exr.write(directory / f"{ {'difference': 'error', 'flip_map': 'flip'}.get(name, name)}.exr", picture)
+        write_atomic(directory / "metrics.json", json.dumps(result.to_json(), indent=1) + "\n")
+    return result.to_json()
+
+
+def examine() -> dict:
+    """What `doctor` says: {"checks": [{name, ok, text, fix}], "gl": …, "mitsuba": …}."""
+    checks: list[dict] = []
+
+    def ask(name: str, function: str, fix: str) -> dict | None:
+        lane = Lane("doctor", limit_s=600)
+        try:
+            return lane.call(function)
+        except (MachineLacks, WorkerFailed) as error:
+            checks.append({"name": name, "ok": False, "text": str(error), "fix": error.fix if isinstance(error, MachineLacks) else fix})
+        finally:
+            lane.close()
+        return None
+
+    checks.append({"name": "Python", "ok": sys.version_info >= (3, 11), "text": sys.version.split()[0], "fix": "Python 3.11 or newer"})
+    gl = ask("OpenGL", "evalsuite.gpu.worker:probe", "apt-get install libegl1 libgl1-mesa-dri")
+    if gl:
+        kind = "software" if gl.get("software") else "hardware"
+        checks.append({"name": "OpenGL", "ok": True, "text": f"{gl['renderer']}, {gl['version']} ({kind})", "fix": ""})
+    mitsuba = ask("Mitsuba", "evalsuite.reference.worker:probe", "pip install mitsuba==3.9.1")
+    if mitsuba:
+        checks.append({"name": "Mitsuba", "ok": bool(mitsuba["mitsuba"]), "fix": "pip install mitsuba==3.9.1",
+                       "text": f"{mitsuba['mitsuba']} with Dr.Jit {mitsuba['drjit']}, variants {', '.join(mitsuba['variants']) or 'none'}"})
+        llvm = mitsuba["llvm"]
+        tried = "; ".join(f"{c['path']}: {c['verdict']}" for c in mitsuba["candidates"]) or "none found"
+        checks.append({"name": "LLVM", "ok": llvm is not None, "fix": mitsuba["fix"],
+                       "text": f"{llvm['version']} ({llvm['path']})" if llvm else tried})
+    for name, module, package in (("FLIP", "flip_evaluator", "flip-evaluator"), ("OpenEXR", "OpenEXR", "OpenEXR"),
+                                  ("FlipBook viewer", "simpleimageio", "simpleimageio")):
+        found = importlib.util.find_spec(module) is not None
+        checks.append({"name": name, "ok": found, "text": "installed" if found else "absent", "fix": f"pip install {package}"})
+    store = Store()
+    try:
+        store_results.prepare(store.root)
+        checks.append({"name": "Cache", "ok": True, "text": str(store.root), "fix": ""})
+    except EvalsuiteError as error:
+        checks.append({"name": "Cache", "ok": False, "text": str(error), "fix": "set EVALSUITE_CACHE to a folder that can be written"})
+    return {"checks": checks, "gl": gl, "mitsuba": mitsuba}
+
+
+def environment_facts(name: str) -> dict:
+    """Facts of a lat-long map: size, range, mean radiance over the sphere, NaN count, where its power comes from."""
+    lane = Lane("reference")
+    try:
+        return lane.call("evalsuite.commands:_environment_facts", builtin.environment_path(name))
+    finally:
+        lane.close()
+
+
+def _environment_facts(path: Path) -> dict:
+    from evalsuite.image.color import luminance
+    from evalsuite.math.sphere import latlong_solid_angles, latlong_to_direction
+    from evalsuite.scene.environment import read_environment
+
+    environment = read_environment(path, repair=True)
+    radiance = environment.radiance.astype(np.float64)
+    height, width = radiance.shape[:2]
+    omega = np.broadcast_to(latlong_solid_angles(height, width), (height, width))
+    light = luminance(radiance)
+    power = light * omega
+    order = np.argsort(-light, axis=None)
+    shares = np.cumsum(power.ravel()[order]) / max(power.sum(), 1e-300)
+    brightest = np.unravel_index(int(order[0]), light.shape)
+    direction = latlong_to_direction((brightest[1] + 0.5) / width, brightest[0] / max(height - 1, 1))
+    half = int(np.searchsorted(shares, 0.5))
+    mean = power.sum() / omega.sum()
+    return {
+        "file": str(path), "width": width, "height": height, "minimum": float(radiance.min()), "maximum": float(radiance.max()),
+        "mean_radiance": [float(c) for c in (radiance * omega[..., None]).sum((0, 1)) / omega.sum()],
+        "maximum_over_mean": float(light.max() / mean) if mean > 0 else None,
+        "nan_or_inf": environment.nonfinite if hasattr(environment, "nonfinite") else 0,
+        "brightest_direction": [round(float(c), 4) for c in np.ravel(direction)],
+        "solid_angle_of_half_the_power_sr": float(omega.ravel()[order[: half + 1]].sum()),
+        "notes": list(environment.notes),
+    }
+
+
+def make_environment(name: str, output: Path) -> None:
+    """Run the generator of a built-in environment."""
+    builtin.make_environment(name, output)
+
+
+def cache_facts() -> dict:
+    """Where the store is, entries and megabytes of each kind."""
+    store = Store()
+    kinds: dict[str, list[int]] = {}
+    for kind, folder in store.entries():
+        count = kinds.setdefault(kind, [0, 0])
+        count[0] += 1
+        count[1] += sum(p.stat().st_size for p in folder.iterdir())
+    rows = [{"kind": kind, "entries": n, "megabytes": round(size / 1e6, 1)} for kind, (n, size) in sorted(kinds.items())]
+    return {"path": str(store.root), "kinds": rows}

@@ -1,0 +1,60 @@
+"""One cell's comparison, from its files: what a worker process runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evalsuite.compare import compare
+from evalsuite.errors import EvalsuiteError
+from evalsuite.image import exr
+from evalsuite.image.color import luminance
+
+#: A pixel counts when its sub-samples are all on the scored object in both renderers; float32 sums of ones are exact.
+WHOLE = 1 - 1e-6
+
+
+def compare_cell(image_folder: str, reference_folder: str, coverage: NDArray[np.float32]) -> dict:
+    """Metrics and maps of an image entry against a reference entry of the store.
+
+    coverage: (H, W) fraction of each pixel that Mitsuba sees covered by any object; with the GPU's own `scored` it makes
+    the object mask. Returns {"meta": …, "images": {name: array}}."""
+    image_folder, reference_folder = Path(image_folder), Path(reference_folder)
+    image = exr.read(image_folder / "image.exr")
+    reference = exr.read(reference_folder / "reference.exr")
+    standard_error = exr.read(reference_folder / "standard_error.exr")
+    with np.load(reference_folder / "halves.npz") as halves:
+        a, b = halves["a"], halves["b"]
+    with np.load(image_folder / "scored.npz") as data:
+        mask = (data["scored"] >= WHOLE) & (coverage >= WHOLE)
+    if not mask.any():
+        raise EvalsuiteError(
+            image_folder,
+            "no pixel that a scored object covers whole",
+            "an object in view",
+            "move the camera or use a larger --size",
+        )
+    own_noise = image_folder / "standard_error.exr"
+    result = compare(
+        image,
+        reference,
+        standard_error=standard_error,
+        halves=(a, b),
+        mask=mask,
+        image_standard_error=exr.read(own_noise) if own_noise.exists() else None,
+    )
+    meta = result.to_json() | {
+        "mask_pixels": int(mask.sum()),
+        "mean_image": float(luminance(image)[mask].mean(dtype=np.float64)),
+        "mean_reference": float(luminance(reference)[mask].mean(dtype=np.float64)),
+    }
+    maps = {
+        "error": result.difference,
+        "relative": result.relative,
+        "zscore": result.zscore,
+        "flip": result.flip_map,
+        "mask": mask.astype(np.float32),
+    }
+    return {"meta": meta, "images": maps}

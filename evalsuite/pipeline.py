@@ -1,0 +1,392 @@
+"""plan → cells → results: the one module that sees gpu and reference together.
+
+Each step of a cell is an entry of the store, keyed by all that decides it, so an unchanged step is never done twice and a
+killed run continues where it stopped. Steps run in worker processes; cells share them (two techniques with the same target
+share one reference).
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from evalsuite.errors import EvalsuiteError, WorkerFailed
+from evalsuite.execute.local import Workers
+from evalsuite.gpu.techniques import TECHNIQUES, Technique, cannot_stand_for
+from evalsuite.image import exr
+from evalsuite.plan import QUALITY, Cell
+from evalsuite.scene.dependencies import dependencies
+from evalsuite.scene.model import Scene, SceneSource
+from evalsuite.scene.outline import outline_from_json, outline_to_json
+from evalsuite.store.cache import Store, digest, file_digest, package_versions, source_digest, write_atomic
+
+#: Sub-samples per pixel axis on the GPU: edge-pixel coverage within 0.036 rms of Mitsuba's box filter (4×4).
+SUPERSAMPLE = 4
+
+_VERSIONS = ("mitsuba", "drjit", "numpy", "moderngl", "OpenEXR", "flip-evaluator", "scikit-image", "karellen-llvm-core")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a whole run shares. target_error, cap: relative standard error and samples per pixel at which a reference
+    stops. size: (width, height) or None for the scene's own."""
+
+    target_error: float = QUALITY["draft"][0]
+    cap: int = QUALITY["draft"][1]
+    size: tuple[int, int] | None = None
+    seed: int = 0
+    repair_environment: bool = False
+    supersample: int = SUPERSAMPLE
+
+
+@dataclass
+class Progress:
+    """Told what goes on; `cli` draws it. Every field is a function that may be called from several threads."""
+
+    cell: Callable[[dict], None] = lambda cell: None
+    step: Callable[[str], None] = lambda text: None
+    warn: Callable[[str], None] = lambda text: None
+
+
+@dataclass
+class Run:
+    """Makes cells. Thread-safe: each step is made once, who needs it meanwhile waits for it."""
+
+    store: Store
+    workers: Workers
+    settings: Settings = field(default_factory=Settings)
+    progress: Progress = field(default_factory=Progress)
+
+    def __post_init__(self) -> None:
+        self._steps: dict[tuple[str, str], Future] = {}
+        self._models: dict[str, Scene] = {}
+        self._lock = threading.Lock()
+        self._warned: set[str] = set()
+        self._host: dict | None = None
+
+    # ---- what the machine is ----------------------------------------------------------------------------------------
+
+    def host(self) -> dict:
+        """Renderer, versions and processor, for provenance and keys. Raises MachineLacks when something is missing."""
+        with self._lock:
+            if self._host is None:
+                gl = self.workers.gpu.submit("evalsuite.gpu.worker:probe")
+                mitsuba = self.workers.reference.submit("evalsuite.reference.worker:activate")
+                self._host = {"gl_renderer": gl.result()["renderer"], **mitsuba.result()}
+                self._host["versions"] = package_versions("evalsuite", *_VERSIONS)
+            return self._host
+
+    # ---- steps ------------------------------------------------------------------------------------------------------
+
+    def _once(self, kind: str, key: str, make: Callable[[], tuple[Path, dict]]) -> tuple[Path, dict, bool]:
+        """Entry (folder, meta, came from the store), made at most once per run whichever thread asks."""
+        with self._lock:
+            future = self._steps.get((kind, key))
+            mine = future is None
+            if mine:
+                future = self._steps[kind, key] = Future()
+        if mine:
+            try:
+                found = self.store.get(kind, key)
+                future.set_result((*found, True) if found else (*make(), False))
+            except BaseException as error:
+                future.set_exception(error)
+        return future.result()
+
+    def fingerprint(self, source: SceneSource) -> dict:
+        """All that decides what a scene is: contents of its files, replaced parts, the code that loads it."""
+        return {
+            "files": [file_digest(path) for path in dependencies(source.path)],
+            "environment": file_digest(source.environment) if source.environment else None,
+            "size": source.size,
+            "bindings": source.bindings,
+            "repair": source.repair_environment,
+            "code": source_digest("scene/load.py", "scene/environment.py", "scene/tessellate.py", "scene/model.py", "math/sphere.py"),
+            "versions": package_versions("mitsuba", "drjit", "OpenEXR"),
+        }
+
+    def model(self, source: SceneSource) -> Scene:
+        """The loaded scene, kept in memory while a run needs it."""
+        key = digest(self.fingerprint(source))
+        if key not in self._models:
+            self.progress.step(f"loading {source.path.name}")
+            scene = self.workers.reference.call("evalsuite.reference.worker:load_model", source)
+            with self._lock:
+                if len(self._models) > 8:  # environments are tens of megabytes
+                    self._models.clear()
+                self._models[key] = scene
+        return self._models[key]
+
+    def outline(self, source: SceneSource) -> Scene:
+        """The scene without its meshes and texels: enough to plan, and quick to read back."""
+        key = digest([self.fingerprint(source), str(source.path), source_digest("scene/outline.py")])
+        _, meta, _ = self._once("outline", key, lambda: self.store.put("outline", key, outline_to_json(self.model(source))))
+        scene = outline_from_json(meta)
+        for note in scene.environment.notes if scene.environment else ():
+            with self._lock:
+                fresh = note not in self._warned
+                self._warned.add(note)
+            if fresh:
+                self.progress.warn(f"{scene.environment.source}: {note}")
+        return scene
+
+    def certificate(self, source: SceneSource) -> tuple[Path, dict]:
+        """Scene-equivalence certificate of a scene (materials' values do not matter for it), with Mitsuba's coverage."""
+        source = replace(source, bindings={})
+        key = digest([self.fingerprint(source), self.host()["gl_renderer"], self.settings.supersample, source_digest(
+            "gpu/context.py", "gpu/draw.py", "gpu/glsl", "gpu/environment.py", "gpu/worker.py", "reference/gbuffer.py",
+            "compare/certificate.py")])
+
+        def make() -> tuple[Path, dict]:
+            scene = self.model(source)
+            self.progress.step(f"certificate of {source.path.stem}")
+            ours = self.workers.gpu.submit("evalsuite.gpu.worker:gbuffer", scene, self.settings.supersample)
+            theirs = self.workers.reference.call("evalsuite.reference.worker:gbuffer", source, self.settings.supersample)
+            from evalsuite.compare.certificate import certify
+
+            result = certify(ours.result(), theirs).to_json()
+            return self.store.put("certificate", key, result, lambda folder: np.savez_compressed(
+                folder / "coverage.npz", material=theirs.material, coverage=theirs.coverage))
+
+        place, meta, _ = self._once("certificate", key, make)
+        return place, meta
+
+    def resolve(self, source: SceneSource, technique: Technique, parameters: Mapping) -> dict:
+        """Parameters that follow from the picture itself (a LOD bias from an exponent, or the reverse), filled in."""
+        if not technique.resolves:
+            return dict(parameters)
+        key = digest([self.fingerprint(source), technique.id, parameters, self._gpu_code(technique)])
+        _, meta, _ = self._once("resolved", key, lambda: self.store.put("resolved", key, {
+            "parameters": self.workers.gpu.call("evalsuite.gpu.worker:resolve", self.model(source), technique.id, dict(parameters))}))
+        return meta["parameters"]
+
+    def _gpu_code(self, technique: Technique) -> list:
+        """What decides a technique's pixels: its own two files, what all share, and who draws."""
+        stem = f"gpu/techniques/{technique.id.replace('-', '_')}"
+        companions = {c for c in ("diffuse_sh9", "glossy_mcguire", "mirror_cube")}
+        files = [stem, *(f"gpu/techniques/{c}" for c in sorted(companions))]
+        return [self.host()["gl_renderer"], package_versions("moderngl", "numpy"), source_digest(
+            *(f + end for f in dict.fromkeys(files) for end in (".py", ".glsl")), "gpu/techniques/base.py", "gpu/context.py",
+            "gpu/draw.py", "gpu/environment.py", "gpu/glsl", "gpu/worker.py", "math")]
+
+    def image(self, source: SceneSource, technique: Technique, parameters: Mapping) -> tuple[Path, dict, bool, str]:
+        """GPU picture: image.exr, scored.exr and, for a sampled technique, standard_error.exr."""
+        key = digest([self.fingerprint(source), technique.id, parameters, self._gpu_code(technique), self.settings.supersample,
+                      self.settings.seed])
+
+        def make() -> tuple[Path, dict]:
+            scene = self.model(source)
+            self.progress.step(f"drawing {source.path.stem} with {technique.id}")
+            drawing = self.workers.gpu.call("evalsuite.gpu.worker:render", scene, technique.id, dict(parameters),
+                                            self.settings.supersample, self.settings.seed)
+
+            def fill(folder: Path) -> None:
+                exr.write(folder / "image.exr", drawing.image)
+                np.savez_compressed(folder / "scored.npz", scored=drawing.scored)
+                if drawing.standard_error is not None:
+                    exr.write(folder / "standard_error.exr", drawing.standard_error)
+
+            return self.store.put("image", key, {"cost": drawing.cost, "mapping": drawing.mapping, "fit": drawing.fit,
+                                                 "notes": list(drawing.notes)}, fill)
+
+        return (*self._once("image", key, make), key)
+
+    def reference(self, source: SceneSource, target: str, seed: int = 0) -> tuple[Path, dict, bool, str]:
+        """Mitsuba picture: reference.exr, standard_error.exr, halves.npz; meta: samples, reached error, seconds."""
+        settings = self.settings
+        plan = {"target": target, "target_error": settings.target_error, "cap": settings.cap, "seed": seed}
+        key = digest([self.fingerprint(source), plan, source_digest("reference")])
+
+        def make() -> tuple[Path, dict]:
+            self.model(source)  # a scene that does not load says so in its own words
+            _, mask = self.object_mask(source)
+            partial = self.store.partial(key)
+            partial.parent.mkdir(parents=True, exist_ok=True)
+            spp = 0
+            while True:
+                step = self.workers.reference.call("evalsuite.reference.worker:sample", source, plan, mask, str(partial), spp)
+                spp = step["spp"]
+                self.progress.step(f"reference {source.path.stem}, {target}: {spp} spp, {step['reached_error']:.2%} of "
+                                   f"{settings.target_error:.2%}")
+                if step["done"]:
+                    break
+            result = self.workers.reference.call("evalsuite.reference.worker:finish", str(partial))
+
+            def fill(folder: Path) -> None:
+                exr.write(folder / "reference.exr", result["mean"])
+                exr.write(folder / "standard_error.exr", result["standard_error"])
+                np.savez(folder / "halves.npz", a=result["halves"][0], b=result["halves"][1])
+
+            entry = self.store.put("reference", key, {k: step[k] for k in ("spp", "reached_error", "seconds", "capped")}, fill)
+            partial.unlink(missing_ok=True)
+            return entry
+
+        return (*self._once("reference", key, make), key)
+
+    def object_mask(self, source: SceneSource) -> tuple[dict, np.ndarray]:
+        """Pixels that the bound materials (all, when none is bound) cover whole: (H, W) bool, with the certificate."""
+        place, certificate = self.certificate(source)
+        with np.load(place / "coverage.npz") as data:
+            material, coverage = data["material"], data["coverage"]
+        ids = [m.id for m in self.outline(source).materials]
+        bound = [ids.index(name) for name in source.bindings if name in ids]
+        return certificate, (material[bound].sum(0) if bound else coverage) >= 1 - 1e-6
+
+    def comparison(self, image: tuple[Path, str], reference: tuple[Path, str], coverage: np.ndarray) -> tuple[Path, dict]:
+        """metrics.json and the error maps of one cell."""
+        key = digest([image[1], reference[1], coverage, source_digest("compare", "image/color.py"),
+                      package_versions("flip-evaluator", "scikit-image", "numpy", "scipy")])
+
+        def make() -> tuple[Path, dict]:
+            result = self.workers.compare.call("evalsuite.compare.cell:compare_cell", str(image[0]), str(reference[0]), coverage)
+
+            def fill(folder: Path) -> None:
+                for name, picture in result["images"].items():
+                    exr.write(folder / f"{name}.exr", picture)
+
+            return self.store.put("comparison", key, result["meta"], fill)
+
+        place, meta, _ = self._once("comparison", key, make)
+        return place, meta
+
+    # ---- a cell -----------------------------------------------------------------------------------------------------
+
+    def source(self, cell: Cell) -> SceneSource:
+        return SceneSource(cell.path, cell.environment_path, self.settings.size, {}, self.settings.repair_environment)
+
+    def bind(self, cell: Cell, technique: Technique, outline: Scene, parameters: Mapping) -> dict[str, dict]:
+        """Which BSDFs the cell replaces in both renderers: the scene's `subject`; without one, and only when the user gave
+        a material parameter with -p, every material that the technique can stand for."""
+        ids = [m.id for m in outline.materials]
+        if "subject" in ids:
+            names = ["subject"]
+        elif cell.forced & {p.name for p in technique.parameters if p.kind == "material"}:
+            names = [m.id for m in outline.materials if not m.undrawable and m.plugin in technique.stands_for]
+        else:
+            names = []
+        return {name: technique.target_bsdf(parameters) for name in names}
+
+    def bound_source(self, cell: Cell, technique: Technique, plain: SceneSource) -> tuple[SceneSource, dict]:
+        """The scene with the cell's materials bound, and all of the technique's parameters."""
+        outline = self.outline(plain)
+        parameters = technique.defaults() | dict(cell.parameters)
+        source = replace(plain, bindings=self.bind(cell, technique, outline, parameters))
+        if technique.resolves and not cannot_stand_for(technique, self.outline(source)):
+            parameters = self.resolve(source, technique, cell.parameters)
+            source = replace(plain, bindings=self.bind(cell, technique, outline, parameters))
+        return source, parameters
+
+    def evaluate(self, cell: Cell) -> tuple[dict, dict[str, Path]]:
+        """One cell's results (as in results.json, image paths left to `materialise`) and its image files.
+
+        Raises EvalsuiteError for bad input; a worker's death is reported in the cell."""
+        started = time.perf_counter()
+        technique = TECHNIQUES[cell.technique]
+        result = {
+            "id": cell.id, "scene": cell.scene, "environment": cell.environment, "technique": cell.technique,
+            "parameters": ({"env": cell.environment} if cell.environment else {}) | dict(cell.parameters), "target": cell.target,
+            "scene_file": str(cell.path), "seed": self.settings.seed, "target_error": self.settings.target_error,
+            "status": "failed", "message": "", "certificate": None, "metrics": {}, "regions": {}, "ledger": [], "cost": {},
+            "images": {}, "mapping": [], "notes": [], "warnings": [], "fit": None,
+            "technique_info": technique.to_json(), "reproduce": self.reproduce(cell),
+        }
+        files: dict[str, Path] = {}
+        try:
+            self._fill(cell, technique, result, files)
+        except WorkerFailed as error:
+            result["message"] = str(error)
+        result["cost"]["wall_s"] = round(time.perf_counter() - started, 3)
+        return result, files
+
+    def _fill(self, cell: Cell, technique: Technique, result: dict, files: dict[str, Path]) -> None:
+        plain = self.source(cell)
+        outline = self.outline(plain)
+        outline.require_drawable()
+        if outline.environment:
+            result["warnings"] += outline.environment.notes
+        result["notes"] += [f"Drawn by Mitsuba only: {name}" for name in outline.mitsuba_only]
+        source, parameters = self.bound_source(cell, technique, plain)
+        result["all_parameters"] = parameters
+        reason = cannot_stand_for(technique, self.outline(source))
+        if reason:
+            result |= {"status": "skipped", "message": reason}
+            return
+
+        certificate, _ = self.object_mask(source)
+        result["certificate"] = certificate
+        image, image_meta, image_cached, image_key = self.image(source, technique, parameters)
+        reference, reference_meta, reference_cached, reference_key = self.reference(source, cell.target, self.settings.seed)
+        result["mapping"], result["fit"] = image_meta["mapping"], image_meta["fit"]
+        result["notes"] += image_meta["notes"]
+        result["cost"] = {**image_meta["cost"], "reference_s": reference_meta["seconds"], "reference_spp": reference_meta["spp"],
+                          "cached": image_cached and reference_cached}
+        result["reached_error"] = reference_meta["reached_error"]
+        if reference_meta["capped"]:
+            result["warnings"].append(
+                f"sampling stopped at the cap of {reference_meta['spp']} spp: the reference's relative standard error is "
+                f"{reference_meta['reached_error']:.2%}, asked for was {self.settings.target_error:.2%}")
+        files |= {"image": image / "image.exr", "reference": reference / "reference.exr",
+                  "standard_error": reference / "standard_error.exr"}
+        if not certificate["passed"]:
+            result |= {"status": "uncertified", "message": "the renderers do not see the same scene: "
+                       + "; ".join(certificate["reasons"])}
+            return
+        place, _ = self.certificate(source)
+        with np.load(place / "coverage.npz") as data:
+            coverage = data["coverage"]
+        place, meta = self.comparison((image, image_key), (reference, reference_key), coverage)
+        result["metrics"] = meta["metrics"]
+        result |= {k: meta[k] for k in ("exposure", "mask_pixels", "mean_image", "mean_reference")}
+        result["notes"] += meta["notes"]
+        files |= {name: place / f"{name}.exr" for name in ("error", "relative", "zscore", "flip", "mask")}
+        result["status"] = "scored"
+
+    def reproduce(self, cell: Cell) -> str:
+        """The command that makes this cell again, whatever report it stands in."""
+        import shlex
+
+        words = ["evalsuite", "run", "--scene", cell.scene if cell.path.parent.name == "scenes" else str(cell.path),
+                 "-t", cell.technique, "--target", cell.target]
+        for name, value in cell.parameters.items():
+            words += ["-p", f"{name}={value}"]
+        if cell.environment:
+            words += ["--env", cell.environment if cell.environment_path.name != cell.environment else str(cell.environment_path)]
+        settings = self.settings
+        words += ["--target-error", f"{settings.target_error:g}"]
+        if settings.size:
+            words += ["--size", "{}x{}".format(*settings.size)]
+        if settings.seed:
+            words += ["--seed", str(settings.seed)]
+        return shlex.join(words)
+
+
+def run_cells(run: Run, cells: list[Cell]) -> list[tuple[dict, dict[str, Path]]]:
+    """Evaluate cells, several at a time so that both renderers and the comparisons stay busy; results in the given order.
+
+    Every scene is loaded before the first is rendered, so bad input is refused (EvalsuiteError) at once and costs nothing."""
+    run.host()
+    for source in {digest(run.source(cell)): run.source(cell) for cell in cells}.values():
+        run.outline(source).require_drawable()
+    results: list = [None] * len(cells)
+
+    def one(index: int) -> None:
+        results[index] = run.evaluate(cells[index])
+        run.progress.cell(results[index][0])
+
+    pool = ThreadPoolExecutor(min(8, 2 + (os.cpu_count() or 1)))
+    try:
+        for future in [pool.submit(one, index) for index in range(len(cells))]:
+            future.result()
+    except BaseException:
+        pool.shutdown(wait=False, cancel_futures=True)
+        run.workers.close()
+        raise
+    pool.shutdown()
+    return results
