@@ -1,0 +1,8 @@
+"""How far a picture is from the reference, where, and how sure that is. Pure NumPy; argument order (image, reference)."""
+
+from __future__ import annotations
+
+from evalsuite.compare.comparison import Comparison, compare
+from evalsuite.compare.statistics import Metric
+
+__all__ = ["Comparison", "Metric", "compare"]

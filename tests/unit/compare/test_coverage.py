@@ -1,0 +1,67 @@
+"""Do the 95 % intervals hold the truth 95 % of the time? Synthetic references of known mean and noise."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter
+
+from evalsuite.compare import compare
+
+DEBIASED = ("mse", "rmse", "relmse", "rel_rmse", "bias", "rel_bias")
+NOISY = ("mae", "smape", "ssim", "flip", "flip_hdr", "delta_e2000", "max_abs", "p99_abs", "psnr")
+
+
+def truth(size=48, seed=0):
+    """A smooth, lit scene (H, W, 3) in [0.2, 1.2] and a smooth error of about 3 % of it, coloured."""
+    rng = np.random.default_rng(seed)
+    smooth = gaussian_filter(rng.random((size, size, 3)), (6, 6, 0), mode="wrap")
+    reference = 0.2 + (smooth - smooth.min()) / np.ptp(smooth)
+    error = gaussian_filter(rng.standard_normal((size, size, 3)), (4, 4, 0), mode="wrap")
+    return reference, 0.03 * error / error.std() * reference
+
+
+def estimate(rng, mean, relative, kind):
+    """(half A, half B, per-pixel standard error of their mean). Samples as a renderer has them: the standard error is estimated
+    from the samples themselves, so it is noisy and goes with the error where samples are skewed."""
+    shape = mean.shape[:2] + ((3,) if kind == "white" else (1,))
+    count = 32  # samples in all; each half has 16
+    if kind == "exponential":
+        samples = rng.exponential(1.0, (count, *shape)) - 1.0
+    else:
+        samples = rng.standard_normal((count, *shape))
+    scale = relative * mean * np.sqrt(count)
+    halves = [mean + scale * samples[i::2].mean(axis=0) for i in (0, 1)]
+    return *halves, scale * samples.std(axis=0, ddof=1) / np.sqrt(count)
+
+
+def coverage(kind, relative, repetitions, error_scale=1.0, image_noise=0.0, with_halves=True, size=48):
+    """Share of the repetitions in which each metric's interval holds its value on noise-free pictures."""
+    mean, error = truth(size)
+    rng = np.random.default_rng(7)
+    mask = np.hypot(*(np.indices(mean.shape[:2]) - size / 2)) < 0.45 * size
+    exact = compare(mean + error_scale * error, mean, mask=mask).metrics
+    hits = Counter()
+    for _ in range(repetitions):
+        a, b, sigma = estimate(rng, mean, relative, kind)
+        image, image_sigma = mean + error_scale * error, None
+        if image_noise:
+            first, second, image_sigma = estimate(rng, image, image_noise, kind)
+            image = (first + second) / 2
+        got = compare(image, (a + b) / 2, sigma, (a, b) if with_halves else None, mask, image_sigma).metrics
+        for name, metric in got.items():
+            lo, hi = metric.ci95
+            hits[name] += lo - 1e-12 <= exact[name].value <= hi + 1e-12
+    return {name: hits[name] / repetitions for name in exact}
+
+
+@pytest.mark.parametrize("kind", ["grey", "exponential"])
+def test_intervals_hold_the_truth(kind):
+    """250 repetitions: the share of a true 95 % interval has a standard deviation of 1.4 %, so 90 … 98.5 % is ± 3 of them."""
+    shares = coverage(kind, 0.03, 250)
+    for name in DEBIASED:
+        assert 0.90 <= shares[name] <= 0.985, (name, shares[name])
+    for name in NOISY:
+        assert shares[name] >= 0.90, (name, shares[name])
