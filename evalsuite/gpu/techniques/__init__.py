@@ -1,0 +1,27 @@
+"""The techniques: one visible table. Importable without OpenGL; each lives in <id>.py with its shader <id>.glsl beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from evalsuite.gpu.techniques import (
+    brute_force,
+    diffuse_sh9,
+    diffuse_topmip,
+    glossy_boxmip,
+    glossy_mcguire,
+    mirror_cube,
+)
+from evalsuite.gpu.techniques.base import Technique
+
+TECHNIQUES: Mapping[str, Technique] = {
+    technique.id: technique
+    for technique in (
+        diffuse_sh9.TECHNIQUE,
+        diffuse_topmip.TECHNIQUE,
+        glossy_boxmip.TECHNIQUE,
+        glossy_mcguire.TECHNIQUE,
+        mirror_cube.TECHNIQUE,
+        brute_force.TECHNIQUE,
+    )
+}

@@ -1,0 +1,100 @@
+"""The forward renderer: every material through its technique's shader, averaged over a sub-pixel grid.
+
+Anti-aliasing matches a 1-pixel box filter with s × s passes at full resolution, each with the projection moved to one
+sub-sample: the hardware's own derivatives, hence its MIP level, stay those of one sample a pixel, as in the papers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from evalsuite.errors import EvalsuiteError
+from evalsuite.gpu import camera, environment, programs
+from evalsuite.gpu.drawing import Drawing
+from evalsuite.gpu.passes import Draw, Stage, background_draw
+from evalsuite.gpu.plan import Binding, plan, require_can_stand_for
+from evalsuite.gpu.techniques.base import Frame, Prepared, Technique
+from evalsuite.scene.model import Scene
+
+
+def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], supersample: int = 4, seed: int = 0) -> Drawing:
+    """Picture of a scene by one technique.
+
+    parameters: the technique's own; missing ones take their defaults, those of materials are read from the scene. seed: of
+    techniques that sample at random. Raises EvalsuiteError for what cannot be drawn or stood for.
+    """
+    if not 1 <= supersample <= 16:
+        raise EvalsuiteError("supersample", repr(supersample), "1 to 16 sub-samples a side", "choose 4")
+    scene.require_drawable()
+    require_can_stand_for(technique, scene)
+    env = environment.of(scene.environment)
+    settings: dict[str, dict[str, object]] = {}
+    prepared: dict[str, Prepared] = {}
+    bindings = plan(technique, scene)
+    for binding in bindings.values():
+        one = binding.technique
+        if one.id not in prepared:
+            settings[one.id] = one.resolved(scene, parameters if one is technique else {})
+            prepared[one.id] = one.prepare(env, settings[one.id])
+
+    draws = [_material_draw(scene, i, bindings, settings, prepared, technique) for i in range(len(scene.materials))]
+    stage, sky = Stage(scene), background_draw(env.latlong, env.uniforms)
+    width, height = scene.camera.size
+    total, variance = np.zeros((height, width, 4)), np.zeros((height, width, 3))
+    grid = camera.subsamples(supersample)
+    for index, subsample in enumerate(grid):
+        if technique.per_pass is not None:
+            frame = Frame(index, len(grid), seed)
+            draws = [d and Draw(d.program, {**d.uniforms, **technique.per_pass(frame, settings[technique.id])}, d.textures)
+                     for d in draws]  # fmt: skip
+        stage.run(subsample, draws, sky)
+        total += stage.read(0)
+        if technique.random:
+            variance += stage.read(1)[..., :3]
+
+    mean = total / len(grid)
+    own = prepared[technique.id]
+    return Drawing(
+        image=mean[..., :3].astype(np.float32),
+        scored=mean[..., 3].astype(np.float32),
+        standard_error=(np.sqrt(variance) / len(grid)).astype(np.float32) if technique.random else None,
+        # The first pass warms caches and compiles; where there are others it is left out.
+        cost={"gpu_ms": float(np.mean(stage.pass_ms[1:] or stage.pass_ms)), "prepare_ms": own.prepare_ms},
+        mapping=[b.describe(scene, settings[b.technique.id]) for b in bindings.values()],
+        parameters=settings[technique.id],
+        fit=technique.fit(scene, env, settings[technique.id]) if technique.fit else None,
+        notes=tuple(own.notes) + _side_notes(scene, bindings),
+    )
+
+
+def _material_draw(
+    scene: Scene,
+    index: int,
+    bindings: Mapping[int, Binding],
+    settings: Mapping[str, Mapping[str, object]],
+    prepared: Mapping[str, Prepared],
+    technique: Technique,
+) -> Draw | None:
+    """The draw of one material, or None for a material no mesh uses."""
+    if index not in bindings:
+        return None
+    binding, material = bindings[index], scene.materials[index]
+    one = binding.technique
+    defines = dict(one.defines(settings[one.id]))
+    if one.random:
+        defines["WITH_VARIANCE"] = 1
+    program = programs.technique_program(one.shader, vertex_stage=one.vertex_stage, defines=defines)
+    uniforms = {
+        **prepared[one.id].uniforms,
+        **binding.stands_for.uniforms(material, settings[one.id]),
+        "two_sided": material.two_sided,
+        "scored": float(binding.scored),
+    }
+    return Draw(program, uniforms, prepared[one.id].textures)
+
+
+def _side_notes(scene: Scene, bindings: Mapping[int, Binding]) -> tuple[str, ...]:
+    companions = {scene.materials[i].id: b.technique.id for i, b in bindings.items() if not b.own}
+    return tuple(f"{name} is drawn by {one} and not scored" for name, one in companions.items())

@@ -1,0 +1,37 @@
+// Calls the technique's shade() once a pixel. Alpha is 1 where the technique itself stands for the material.
+in vec3 v_position;
+in vec3 v_normal;
+in vec2 v_uv;
+#ifdef VERTEX_STAGE
+in vec3 v_vertex_value;
+#endif
+uniform vec3 camera_position;
+uniform bool two_sided;
+uniform float scored;
+layout(location = 0) out vec4 out_radiance;
+layout(location = 1) out vec4 out_variance;
+
+void main() {
+    Surface s;
+    s.position = v_position;
+    s.normal = normalize(v_normal);
+    s.to_view = normalize(camera_position - v_position);
+    s.uv = v_uv;
+    // As Mitsuba's BSDFs, the shading normal decides which side is seen.
+    float facing = dot(s.normal, s.to_view);
+    if (two_sided && facing < 0.0) s.normal = -s.normal;
+#ifdef VERTEX_STAGE
+    s.vertex_value = v_vertex_value;
+#else
+    s.vertex_value = vec3(0.0);
+#endif
+    // Called for unseen sides too: implicit derivatives need all four pixels of a quad.
+    vec3 radiance = shade(s);
+    bool seen = two_sided || facing > 0.0;
+    out_radiance = vec4(seen ? radiance : vec3(0.0), scored);
+#ifdef WITH_VARIANCE
+    out_variance = vec4(seen ? shade_variance : vec3(0.0), 0.0);
+#else
+    out_variance = vec4(0.0);
+#endif
+}

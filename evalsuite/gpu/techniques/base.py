@@ -1,0 +1,133 @@
+"""What a technique declares. Importable without OpenGL."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evalsuite.errors import EvalsuiteError
+from evalsuite.scene.model import Environment, Material, Scene
+
+if TYPE_CHECKING:
+    from evalsuite.gpu.environment import GpuEnvironment
+
+Settings = Mapping[str, object]
+Float = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter: `material` ones belong to the BSDF and reach both renderers, `technique` ones the GPU side alone.
+    default None means chosen from the scene or its map, as `meaning` says. parse: value as given → value, or ValueError."""
+
+    name: str
+    default: object
+    meaning: str
+    kind: Literal["material", "technique"]
+    parse: Callable[[object], object]
+    expected: str
+
+
+@dataclass(frozen=True)
+class StandsFor:
+    """How a technique takes a material of one plugin. text: the mapping in words, for the page. uniforms: (material,
+    settings) → shader uniforms. reason_against: why this very material cannot be taken, or None."""
+
+    text: str
+    uniforms: Callable[[Material, Settings], dict[str, object]]
+    reason_against: Callable[[Material], str | None] = lambda material: None
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """What an environment gives a technique's shader. prepare_ms: what making it cost, once."""
+
+    uniforms: Mapping[str, object] = field(default_factory=dict)
+    textures: Mapping[str, object] = field(default_factory=dict)
+    prepare_ms: float = 0.0
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One pass of a picture: its number, how many there are, and the picture's seed."""
+
+    index: int
+    count: int
+    seed: int
+
+
+@dataclass(frozen=True, eq=False)
+class Technique:
+    """A real-time approximation: what it is, what truth it is held against, and how it is drawn.
+
+    shader: GLSL file that defines `vec3 shade(Surface s)` (see gpu/glsl/surface.glsl for what it may use); with vertex_stage
+    also `vec3 shade_vertex(vec3 normal)`. target: what Mitsuba renders for it; target_bsdf: parameters → Mitsuba plugin
+    dictionary of plain values that a report binds to the subject. prepare: environment → uniforms and textures.
+    twin: (environment, normals, to_view, material parameters, settings) → (N, 3) float64 radiance, an independent NumPy
+    computation of what shade() returns. random: standard error comes with the picture.
+    """
+
+    id: str
+    title: str
+    paper: str
+    equations: str
+    parameters: tuple[Parameter, ...]
+    assumptions: tuple[str, ...]
+    stands_for: Mapping[str, StandsFor]
+    target_bsdf: Callable[[Settings], dict[str, object]]
+    shader: Path
+    prepare: Callable[[GpuEnvironment, Settings], Prepared]
+    twin: Callable[[Environment, Float, Float, Settings, Settings], Float]
+    target: str = "unoccluded"
+    vertex_stage: bool = False
+    random: bool = False
+    defines: Callable[[Settings], Mapping[str, object]] = lambda settings: {}
+    per_pass: Callable[[Frame, Settings], Mapping[str, object]] | None = None
+    fill: Callable[[Scene, Settings], Mapping[str, object]] = lambda scene, settings: {}
+    fit: Callable[[Scene, GpuEnvironment, Settings], Mapping[str, float] | None] | None = None
+
+    def reason_against(self, material: Material) -> str | None:
+        """Why the technique cannot stand for a material, or None if it can."""
+        if material.plugin not in self.stands_for:
+            return f"{self.id} stands for {', '.join(self.stands_for)}, not for {material.plugin}"
+        return self.stands_for[material.plugin].reason_against(material)
+
+    def parse(self, given: Settings) -> dict[str, object]:
+        """Given parameters, each in its type; None means not given. Raises EvalsuiteError for unknown names and values."""
+        known = {p.name: p for p in self.parameters}
+        parsed = {}
+        for name, value in given.items():
+            if name not in known:
+                raise EvalsuiteError(
+                    self.id, f"parameter '{name}'", f"one of {', '.join(known)}", "see `evalsuite list techniques`"
+                )
+            if value is None:
+                continue
+            try:
+                parsed[name] = known[name].parse(value)
+            except (TypeError, ValueError) as error:
+                raise EvalsuiteError(f"{self.id}, parameter {name}", repr(value), known[name].expected) from error
+        return parsed
+
+    def resolved(self, scene: Scene, given: Settings) -> dict[str, object]:
+        """Every parameter with its value for this scene. Raises EvalsuiteError."""
+        from evalsuite.gpu.plan import used_materials
+
+        settings = {p.name: p.default for p in self.parameters}
+        plugin = self.target_bsdf(settings)["type"]
+        for index in used_materials(scene):
+            material = scene.materials[index]
+            if material.plugin == plugin and (not scene.subject or material.id in scene.subject):
+                own = {n: v for n, v in material.parameters.items() if n in settings and v is not None}
+                settings.update(self.parse(own))
+                break
+        settings.update(self.parse(given))
+        # fill() sees what was given apart from what is still open (None).
+        settings.update(self.fill(scene, {**settings, "given": frozenset(self.parse(given))}))
+        return settings

@@ -1,0 +1,145 @@
+"""Parameters, uniforms and preparations that several techniques share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from math import isfinite
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from evalsuite.gpu.techniques.base import Parameter, Prepared, Settings
+from evalsuite.math import cubemap, phong
+from evalsuite.scene.model import Environment, Material, Scene
+
+if TYPE_CHECKING:
+    from evalsuite.gpu.environment import GpuEnvironment
+
+WHITE = (1.0, 1.0, 1.0)
+
+
+def number(low: float = -np.inf, high: float = np.inf) -> Callable[[object], float]:
+    """Parser of a finite number within bounds."""
+
+    def parse(value: object) -> float:
+        x = float(value)
+        if not isfinite(x) or not low <= x <= high:
+            raise ValueError(value)
+        return x
+
+    return parse
+
+
+def integer(low: int, high: int) -> Callable[[object], int]:
+    """Parser of a whole number within bounds."""
+
+    def parse(value: object) -> int:
+        x = float(value)
+        if x != int(x) or not low <= x <= high:
+            raise ValueError(value)
+        return int(x)
+
+    return parse
+
+
+def choice(*words: str) -> Callable[[object], str]:
+    """Parser of one of some words."""
+
+    def parse(value: object) -> str:
+        if str(value) not in words:
+            raise ValueError(value)
+        return str(value)
+
+    return parse
+
+
+def rgb(value: object) -> tuple[float, float, float]:
+    """A colour: one number for grey, or three (also as text "r g b" or "r,g,b"). Raises ValueError."""
+    if isinstance(value, str):
+        value = [float(x) for x in value.replace(",", " ").split()]
+    values = np.broadcast_to(np.asarray(value, dtype=np.float64).ravel() if np.ndim(value) else float(value), (3,))
+    if not np.isfinite(values).all() or (values < 0).any():
+        raise ValueError(value)
+    return tuple(float(x) for x in values)
+
+
+def material_parameter(name: str, default: object, meaning: str) -> Parameter:
+    """A reflectance or an exponent."""
+    if name == "exponent":
+        return Parameter(name, default, meaning, "material", number(0.0, 1e7), "a number ≥ 0")
+    return Parameter(name, default, meaning, "material", rgb, "a colour: one number or three, not negative")
+
+
+FACE_SIZE = Parameter(
+    "face_size", None, "cubemap face width [texels]; default: the smallest power of two whose four faces span the map's "
+    "width, within 16 … 1024", "technique", lambda value: cubemap.check_face_size(integer(1, 8192)(value)),
+    "a power of two from 1 to 8192",
+)  # fmt: skip
+
+
+def fill_face_size(scene: Scene, settings: Settings) -> dict[str, object]:
+    """face_size from the width of the scene's map where it is not given."""
+    if settings["face_size"] is not None:
+        return {}
+    width = 1 if scene.environment is None else scene.environment.radiance.shape[1]
+    return {"face_size": cubemap.default_face_size(width)}
+
+
+def colour(material: Material, name: str, default: object = WHITE) -> tuple[float, float, float]:
+    """A colour of a material as a uniform."""
+    value = material.parameters.get(name)
+    return rgb(default if value is None else value)
+
+
+def diffuse_uniforms(material: Material, settings: Settings) -> dict[str, object]:
+    """`diffuse` as it is."""
+    return {"diffuse_reflectance": colour(material, "reflectance", 0.5)}
+
+
+def lobe_uniforms(material: Material, settings: Settings) -> dict[str, object]:
+    """`phong` or `blinnphong` as it is. η = 0, k = 1 makes the conductor's Fresnel factor exactly 1."""
+    return {
+        "specular_reflectance": colour(material, "specular_reflectance"),
+        "diffuse_reflectance": colour(material, "diffuse_reflectance", 0.0),
+        "exponent": float(material.parameters.get("exponent", 50.0)),
+        "eta": (0.0, 0.0, 0.0),
+        "k": WHITE,
+    }
+
+
+def conductor_uniforms(material: Material, settings: Settings) -> dict[str, object]:
+    """`conductor` as it is; material "none" is η = 0, k = 1."""
+    return {
+        "specular_reflectance": colour(material, "specular_reflectance"),
+        "eta": colour(material, "eta", 0.0),
+        "k": colour(material, "k", 1.0),
+    }
+
+
+def rough_conductor_uniforms(material: Material, settings: Settings) -> dict[str, object]:
+    """`roughconductor` with α as the exponent of the same peak."""
+    alpha = float(material.parameters.get("alpha", 0.1))
+    return {**conductor_uniforms(material, settings), "exponent": float(phong.alpha_to_exponent(alpha))}
+
+
+def no_diffuse_part(material: Material) -> str | None:
+    """Against a lobe material that also has a diffuse part."""
+    if max(colour(material, "diffuse_reflectance", 0.0)) > 0:
+        return f"{material.plugin} with a diffuse part (diffuse_reflectance > 0)"
+    return None
+
+
+def prepare_cube(env: GpuEnvironment, settings: Settings) -> Prepared:
+    """The environment as a cubemap with the hardware's MIPs."""
+    cube = env.cube(settings["face_size"])
+    uniforms = {"env_face_size": float(cube.face_size), "env_max_level": float(cube.max_level)}
+    note = f"cubemap of {cube.face_size}² texels a face; resampling changed the map's energy by {cube.energy_residual:+.1e}"
+    return Prepared(uniforms, {"env_cube": cube.texture}, cube.prepare_ms, (note,))
+
+
+@lru_cache(maxsize=8)
+def twin_cube(environment: Environment, face_size: int) -> cubemap.SeamlessCube:
+    """The cubemap of an environment, resampled and filtered in float64, for twins."""
+    level0 = cubemap.resample_latlong(environment.radiance, environment.to_world, face_size)
+    return cubemap.SeamlessCube(cubemap.box_mips(level0))

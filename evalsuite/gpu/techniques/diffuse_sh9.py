@@ -1,0 +1,71 @@
+"""Diffuse reflection from nine spherical-harmonic coefficients of the environment (Kautz, Daubert, Seidel §4.1)."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from evalsuite.gpu.techniques import common
+from evalsuite.gpu.techniques.base import Float, Parameter, Prepared, Settings, StandsFor, Technique
+from evalsuite.math import cubemap, sh
+from evalsuite.scene.model import Environment
+
+if TYPE_CHECKING:
+    from evalsuite.gpu.environment import GpuEnvironment
+
+
+def _level(level0: Float, settings: Settings) -> Float:
+    """The box-filtered level that sh_face_size names."""
+    if settings["sh_face_size"] == "full":
+        return level0
+    return next(level for level in cubemap.box_mips(level0) if level.shape[1] <= settings["sh_face_size"])
+
+
+def prepare(env: GpuEnvironment, settings: Settings) -> Prepared:
+    """L_i of the cubemap, on the CPU in float64."""
+    cube = common.prepare_cube(env, settings)
+    start = time.perf_counter()
+    coefficients = sh.project_cube(_level(env.cube(settings["face_size"]).level0, settings))
+    elapsed = 1e3 * (time.perf_counter() - start)
+    return Prepared({"sh": coefficients}, {}, cube.prepare_ms + elapsed, cube.notes)
+
+
+def twin(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
+    """(k_d/π) Σ Â_i L_i Y_i(n) in float64."""
+    level0 = common.twin_cube(environment, settings["face_size"]).levels[0]
+    coefficients = sh.project_cube(_level(level0, settings))
+    return np.asarray(common.rgb(material["reflectance"])) / np.pi * sh.irradiance(coefficients, normals)
+
+
+def _face_size(value: object) -> object:
+    return "full" if value == "full" else cubemap.check_face_size(common.integer(1, 8192)(value))
+
+
+TECHNIQUE = Technique(
+    id="diffuse-sh9",
+    title="Diffuse, nine spherical harmonics",
+    paper="Kautz, Daubert, Seidel: Advanced Environment Mapping in VR Applications, 2004, §4.1",
+    equations="Eq 9–12: L_d(n) = (k_d/π) Σ Â_i L_i Y_i(n)",
+    parameters=(
+        common.material_parameter("reflectance", (0.5, 0.5, 0.5), "albedo k_d"),
+        Parameter("per", "pixel", "where the sum is evaluated", "technique", common.choice("pixel", "vertex"), "pixel or vertex"),
+        Parameter("sh_face_size", "full", "width of the cubemap level that is projected; 'full' is level 0", "technique",
+                  _face_size, "full or a power of two"),
+        common.FACE_SIZE,
+    ),
+    assumptions=(
+        "The environment is distant and nothing occludes it.",
+        "Harmonics above degree 2 do not matter to irradiance (they carry less than about 1 % of its energy under most maps).",
+    ),
+    stands_for={"diffuse": StandsFor("reflectance as it is", common.diffuse_uniforms)},
+    target_bsdf=lambda settings: {"type": "diffuse", "reflectance": settings["reflectance"]},
+    shader=Path(__file__).with_suffix(".glsl"),
+    prepare=prepare,
+    twin=twin,
+    vertex_stage=True,
+    defines=lambda settings: {"PER_VERTEX": 1} if settings["per"] == "vertex" else {},
+    fill=common.fill_face_size,
+)  # fmt: skip
