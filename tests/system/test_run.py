@@ -1,0 +1,161 @@
+"""The main job, end to end: a scene and a map in, results.json, pictures and the page out."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import time
+
+import jsonschema
+import numpy as np
+import pytest
+from conftest import scene_xml
+
+from evalsuite.image import exr
+from evalsuite.store.results import SCHEMA
+
+METRICS = "mse rmse relmse rel_rmse mae smape bias rel_bias psnr ssim flip flip_hdr delta_e2000 max_abs p99_abs".split()
+
+RESULTS = {
+    "type": "object",
+    "required": ["schema", "created", "host", "cells"],
+    "properties": {
+        "schema": {"const": SCHEMA},
+        "host": {"required": ["gl_renderer", "mitsuba", "variant", "drjit", "llvm", "cpu", "versions", "git"]},
+        "cells": {"minItems": 1, "items": {
+            "required": ["id", "scene", "technique", "parameters", "target", "certificate", "metrics", "regions", "ledger", "cost",
+                         "images"],
+            "properties": {
+                "metrics": {"additionalProperties": {
+                    "required": ["value", "ci95"],
+                    "properties": {"ci95": {"type": "array", "minItems": 2, "maxItems": 2}}}},
+                "certificate": {"required": ["passed", "coverage_iou", "normal_deg_p99", "depth_rel_p99", "background_rel_p99"]},
+                "cost": {"required": ["gpu_ms", "reference_s", "reference_spp", "cached"]},
+                "images": {"required": ["image", "reference", "standard_error", "error", "mask"]},
+            }}},
+    },
+}
+
+
+@pytest.fixture(scope="module")
+def first(evalsuite, tmp_path_factory):
+    """A cold run of four cells in a folder with spaces and letters beyond ASCII, from another working folder."""
+    folder = tmp_path_factory.mktemp("Ünï côdé 空") / "my scènes"
+    (folder / "maps").mkdir(parents=True)
+    rng = np.random.default_rng(1)
+    exr.write(folder / "maps" / "lobby é.exr", rng.uniform(0.2, 2.0, (16, 32, 3)).astype(np.float32))
+    emitter = '<emitter type="envmap"><string name="filename" value="maps/lobby é.exr"/></emitter>'
+    (folder / "my scene.xml").write_text(scene_xml(emitter), encoding="utf-8")
+    words = ("run", "--scene", folder / "my scene.xml", "-t", "diffuse-*", "--target", "unoccluded", "--target", "direct",
+             "--target-error", "0.02", "--out", folder / "out put")
+    outcome = evalsuite(*words, cwd=folder.parent)
+    return folder, words, outcome
+
+
+def test_a_users_own_scene_ends_with_a_page(first):
+    folder, _, outcome = first
+    assert outcome.code == 0, outcome.err
+    assert str(folder / "out put" / "index.html") in outcome.out
+    results = json.loads((folder / "out put" / "results.json").read_text(encoding="utf-8"))
+    jsonschema.validate(results, RESULTS)
+    assert [(c["technique"], c["target"], c["status"]) for c in results["cells"]] == [
+        (t, target, "scored") for t in ("diffuse-sh9", "diffuse-topmip") for target in ("unoccluded", "direct")]
+    for cell in results["cells"]:
+        assert cell["id"] == f"my scene/{cell['technique']}/default/{cell['target']}"
+        assert set(METRICS) | {f"{m}_full" for m in METRICS} <= set(cell["metrics"])
+        assert cell["certificate"]["passed"] and cell["mask_pixels"] > 200
+        assert cell["reached_error"] <= 0.02
+        for name, metric in cell["metrics"].items():
+            low, high = metric["ci95"]
+            assert low <= metric["value"] <= high, name
+        for path in cell["images"].values():
+            assert exr.read(folder / "out put" / path).shape == (40, 48, 3)
+
+
+def test_error_is_image_minus_reference(first):
+    folder, _, _ = first
+    cell = json.loads((folder / "out put" / "results.json").read_text(encoding="utf-8"))["cells"][1]
+    image, reference, error = (exr.read(folder / "out put" / cell["images"][k]) for k in ("image", "reference", "error"))
+    np.testing.assert_allclose(error, image - reference, atol=1e-6)
+    assert cell["technique"] == "diffuse-sh9" and np.abs(error).max() > 1e-4
+
+
+def test_unchanged_second_run_is_quick_and_the_same(evalsuite, first):
+    folder, words, _ = first
+    before = json.loads((folder / "out put" / "results.json").read_text(encoding="utf-8"))
+    start = time.perf_counter()
+    outcome = evalsuite(*words, cwd=folder)
+    assert outcome.code == 0, outcome.err
+    assert time.perf_counter() - start < 5.0  # the promise of the README, for a whole report
+    after = json.loads((folder / "out put" / "results.json").read_text(encoding="utf-8"))
+    for a, b in zip(before["cells"], after["cells"], strict=True):
+        assert b["cost"]["cached"] is True and a["cost"]["cached"] is False
+        assert {k: v for k, v in a.items() if k != "cost"} == {k: v for k, v in b.items() if k != "cost"}
+
+
+def test_relative_path_and_moved_folder_find_the_same_pictures(evalsuite, first, tmp_path):
+    folder, _, _ = first
+    shutil.copytree(folder, tmp_path / "elsewhere")
+    outcome = evalsuite("run", "--scene", "elsewhere/my scene.xml", "-t", "diffuse-sh9", "--target", "direct", "--out", "o", "--json",
+                        "--target-error", "0.02", cwd=tmp_path)
+    assert outcome.code == 0, outcome.err
+    (cell,) = json.loads(outcome.out)["cells"]
+    assert cell["status"] == "scored" and cell["cost"]["cached"] is True
+
+
+def test_fresh_store_gives_bit_identical_results(evalsuite, first, tmp_path):
+    folder, words, _ = first
+    outcome = evalsuite(*words[:-1], tmp_path / "again", EVALSUITE_CACHE=str(tmp_path / "cache"))
+    assert outcome.code == 0, outcome.err
+    a = json.loads((folder / "out put" / "results.json").read_text(encoding="utf-8"))
+    b = json.loads((tmp_path / "again" / "results.json").read_text(encoding="utf-8"))
+    for x, y in zip(a["cells"], b["cells"], strict=True):
+        assert x["metrics"] == y["metrics"]
+        for name in x["images"]:
+            one, other = (exr.read(d / c["images"][name]) for d, c in ((folder / "out put", x), (tmp_path / "again", y)))
+            assert np.array_equal(one, other), name
+
+
+def test_parameter_binds_the_material_in_both_renderers(evalsuite, tmp_path):
+    """-p exponent=… on a scene without a `subject`: every material the technique stands for, in both renderers alike."""
+    (tmp_path / "s.xml").write_text(scene_xml(plugin="roughconductor", parameters='<float name="alpha" value="0.3"/>'))
+    outcome = evalsuite("run", "--scene", "s.xml", "-t", "glossy-mcguire", "-p", "exponent=20,200", "--target", "unoccluded",
+                        "--out", "o", "--json", cwd=tmp_path)
+    assert outcome.code == 0, outcome.err
+    cells = json.loads(outcome.out)["cells"]
+    assert [c["parameters"]["exponent"] for c in cells] == [20, 200]
+    assert all(c["mapping"][0]["plugin"] == "blinnphong" for c in cells)
+    # In a furnace the technique returns k_G·L = 1 whatever the exponent; the published BRDF's albedo depends on it.
+    assert all(abs(c["mean_image"] - 1) < 1e-4 for c in cells)
+    assert abs(cells[0]["mean_reference"] - cells[1]["mean_reference"]) > 0.02
+    plain = evalsuite("run", "--scene", "s.xml", "-t", "glossy-mcguire", "--target", "unoccluded", "--out", "p", "--json", cwd=tmp_path)
+    assert json.loads(plain.out)["cells"][0]["mapping"][0]["plugin"] == "roughconductor"
+
+
+def test_technique_that_cannot_stand_for_a_material_says_so(evalsuite, tmp_path):
+    (tmp_path / "s.xml").write_text(scene_xml())
+    outcome = evalsuite("run", "--scene", "s.xml", "-t", "diffuse-sh9", "-t", "mirror-cube", "--target", "unoccluded", "--out", "o",
+                        "--json", cwd=tmp_path)
+    assert outcome.code == 0, outcome.err
+    status = {c["technique"]: (c["status"], c["message"]) for c in json.loads(outcome.out)["cells"]}
+    assert status["diffuse-sh9"][0] == "scored"
+    assert status["mirror-cube"][0] == "skipped" and "diffuse" in status["mirror-cube"][1]
+
+
+def test_dry_run_lists_and_renders_nothing(evalsuite, tmp_path):
+    outcome = evalsuite("run", "--dry-run", "--json", cwd=tmp_path)
+    assert outcome.code == 0
+    assert len(json.loads(outcome.out)) > 20 and list(tmp_path.iterdir()) == []
+
+
+def test_render_reference_compare(evalsuite, tmp_path):
+    """The three single steps, chained by files."""
+    (tmp_path / "s.xml").write_text(scene_xml())
+    assert evalsuite("render", "s.xml", "-t", "diffuse-sh9", "-o", "a.exr", cwd=tmp_path).code == 0
+    assert evalsuite("reference", "s.xml", "--target", "unoccluded", "-o", "b.exr", cwd=tmp_path).code == 0
+    assert set(exr.read_parts(tmp_path / "b.exr")) == {"reference", "standard_error"}
+    outcome = evalsuite("compare", "a.exr", "b.exr", "--json", "-o", "maps", cwd=tmp_path)
+    assert outcome.code == 0, outcome.err
+    metrics = json.loads(outcome.out)["metrics"]
+    assert set(METRICS) <= set(metrics) and 0 < metrics["rel_rmse"]["value"] < 0.1
+    assert exr.read(tmp_path / "maps" / "error.exr").shape == (40, 48, 3)
