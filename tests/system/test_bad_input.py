@@ -142,14 +142,3 @@ def test_odd_maps_are_fine(evalsuite, folder, name, array, warning):
     if warning:
         assert warning in outcome.err and outcome.err.startswith("warning: ")
         assert any(warning in w for w in cell["warnings"])
-
-
-def test_a_crashed_worker_costs_its_cells_only(evalsuite, folder):
-    """Mitsuba is made to abort in `path`; `unoccluded` is scored all the same, and the reason is told."""
-    (folder / "plain.xml").write_text(scene_xml())
-    outcome = evalsuite("run", "--scene", "plain.xml", "-t", "diffuse-sh9", "--target", "unoccluded", "--target", "path", "--out", "o-crash",
-                        "--json", cwd=folder, EVALSUITE_TEST_ABORT="path", EVALSUITE_CACHE=str(folder / "crash-cache"))
-    assert outcome.code == 0, outcome.err
-    cells = {c["target"]: c for c in json.loads(outcome.out)["cells"]}
-    assert cells["unoccluded"]["status"] == "scored"
-    assert cells["path"]["status"] == "failed" and "SIGABRT" in cells["path"]["message"]
