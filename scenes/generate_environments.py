@@ -108,9 +108,7 @@ def sunsky() -> Map:
     """Mitsuba's `sunsky` averaged over each texel's cell (4 samples, 256 near the sun: point samples would miss or double
     the sun's energy), above a Lambertian ground lit by it."""
     height, width = 512, 1024
-    import drjit as dr
-
-    mi = mitsuba()
+    mi, dr = mitsuba()
     # The plugin is z-up: y-up (x, y, z) ↦ (x, −z, y).
     sun = [float(SUN_DIRECTION[0]), float(-SUN_DIRECTION[2]), float(SUN_DIRECTION[1])]
     sky = mi.load_dict({"type": "sunsky", "sun_direction": sun})
@@ -143,9 +141,7 @@ def cathedral() -> Map:
 def path_traced(room: str, samples: int, width: int = 512, height: int = 256) -> Map:
     """The room of `rooms/<room>.xml`, path-traced once from its camera's position along the world's axes; each texel is the
     mean over its cell. samples: per texel. No denoiser: a map must not carry a filter's invention."""
-    import drjit as dr
-
-    mi = mitsuba()
+    mi, dr = mitsuba()
     scene = mi.load_file(str(HERE / "rooms" / f"{room}.xml"))
     integrator, sensor = scene.integrator(), scene.sensors()[0]
     eye = mi.Point3f(np.array(sensor.world_transform().translation()).ravel().tolist())
@@ -176,10 +172,13 @@ def path_traced(room: str, samples: int, width: int = 512, height: int = 256) ->
 
 
 def mitsuba():
-    """Mitsuba in its LLVM variant."""
+    """The modules (mitsuba, drjit), in the LLVM variant."""
     from evalsuite.reference.variants import activate
 
-    return activate()
+    mi = activate()  # finds an LLVM first: Dr.Jit must not be imported before
+    import drjit as dr
+
+    return mi, dr
 
 
 @dataclass(frozen=True)

@@ -55,20 +55,34 @@ def spline(points: list[tuple[float, ...]], steps: int) -> Points:
     for i in range(1, len(p) - 2):
         s = t[i] + (t[i + 1] - t[i]) * np.arange(steps)[:, None] / steps
         a = [(p[k] * (t[k + 1] - s) + p[k + 1] * (s - t[k])) / (t[k + 1] - t[k]) for k in (i - 1, i, i + 1)]
-        b = [(a[k] * (t[i + 1 + k] - s) + a[k + 1] * (s - t[i - 1 + k])) / (t[i + 1 + k] - t[i - 1 + k]) for k in (0, 1)]
+        b = [
+            (a[k] * (t[i + 1 + k] - s) + a[k + 1] * (s - t[i - 1 + k])) / (t[i + 1 + k] - t[i - 1 + k]) for k in (0, 1)
+        ]
         curve.append((b[0] * (t[i + 1] - s) + b[1] * (s - t[i])) / (t[i + 1] - t[i]))
     return np.concatenate([*curve, p[-2:-1]])
 
 
-def sweep(curve: Points, columns: int) -> tuple[Points, Faces]:
-    """Closed tube along an (R, 3) curve of (x, y, radius) in the plane z = 0."""
+def tube_rings(curve: Points, columns: int) -> Points:
+    """Cross-sections (R, C, 3) of a tube along an (R, 3) curve of (x, y, radius) in the plane z = 0."""
     tangent = np.gradient(curve[:, :2], axis=0)
     tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
     across = np.stack([tangent[:, 1], -tangent[:, 0], np.zeros(len(curve))], -1)
     phi = 2 * np.pi * np.arange(columns)[:, None] / columns
     centre = np.concatenate([curve[:, :2], np.zeros((len(curve), 1))], -1)
     offset = np.cos(phi) * across[:, None] + np.sin(phi) * np.array([0.0, 0.0, 1.0])
-    return capped_tube(centre[:, None] + curve[:, None, 2:] * offset)
+    return centre[:, None] + curve[:, None, 2:] * offset
+
+
+def hollow_tip(rings: Points) -> Points:
+    """The rings, and three more that run back into the last one: a rounded lip and a dark mouth."""
+    tip, centre = rings[-1], rings[-1].mean(0)
+    outward = centre - rings[-2].mean(0)
+    outward /= np.linalg.norm(outward)
+    mouth = [
+        centre + (tip - centre) * size + outward * along
+        for size, along in ((0.88, 0.008), (0.68, -0.02), (0.48, -0.15))
+    ]
+    return np.concatenate([rings, mouth])
 
 
 def merge(*parts: tuple[Points, Faces]) -> tuple[Points, Faces]:
@@ -104,25 +118,15 @@ def teapot() -> tuple[Points, Faces]:
     lid = [(0.012, 1.752), (0.075, 1.738), (0.125, 1.69), (0.13, 1.64), (0.085, 1.585), (0.066, 1.545), (0.10, 1.508)]
     lid += [(0.25, 1.472), (0.42, 1.415), (0.53, 1.35), (0.545, 1.325), (0.52, 1.30), (0.02, 1.29)]
     spout = [(0.62, 0.42, 0.30), (0.95, 0.47, 0.265), (1.20, 0.62, 0.20), (1.36, 0.88, 0.145), (1.52, 1.14, 0.115)]
-    spout += [(1.64, 1.27, 0.115), (1.70, 1.315, 0.125), (1.706, 1.32, 0.11), (1.68, 1.30, 0.085), (1.55, 1.17, 0.06)]
+    spout += [(1.64, 1.27, 0.115), (1.70, 1.315, 0.125)]
     handle = [(-0.70, 1.13, 0.085), (-1.02, 1.19, 0.075), (-1.33, 1.17, 0.072), (-1.53, 1.02, 0.075)]
     handle += [(-1.53, 0.80, 0.078), (-1.38, 0.58, 0.075), (-1.16, 0.42, 0.075), (-0.80, 0.30, 0.10)]
     return merge(
-        revolve(spline(body, 4), 96), revolve(spline(lid, 4), 64), sweep_recessed(spout), sweep(spline(handle, 8), 24)
+        revolve(spline(body, 4), 96),
+        revolve(spline(lid, 4), 64),
+        capped_tube(hollow_tip(tube_rings(spline(spout, 8), 32))),
+        capped_tube(tube_rings(spline(handle, 8), 24)),
     )
-
-
-def sweep_recessed(points: list[tuple[float, float, float]]) -> tuple[Points, Faces]:
-    """Tube whose last three points run back into its mouth, so that the spout looks hollow. There the sections keep the
-    mouth's tangent: a curve that turns back on itself has none."""
-    outer, inner = spline(points[:-3], 8), np.asarray(points[-3:])
-    outward = outer[-1, :2] - outer[-2, :2]
-    outward /= np.linalg.norm(outward)
-    back = np.stack([outer[-1, :2] + outward * s for s in (0.008, -0.02, -0.15)])
-    positions, faces = sweep(np.concatenate([outer, np.c_[outer[-1, :2] + outward * [[0.1], [0.2], [0.3]], inner[:, 2]]]), 32)
-    rings = positions[:-2].reshape(-1, 32, 3)
-    rings[-3:] += np.concatenate([back, np.zeros((3, 1))], -1)[:, None] - rings[-3:].mean(1, keepdims=True)
-    return capped_tube(rings)
 
 
 def icosphere(levels: int) -> tuple[Points, Faces]:
