@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from evalsuite.compare import Comparison
 from evalsuite.compare import compare as compare_pictures
+from evalsuite.errors import EvalsuiteError
 from evalsuite.execute.local import Workers
 from evalsuite.gpu.techniques import TECHNIQUES, cannot_stand_for
 from evalsuite.image import exr
 from evalsuite.pipeline import Progress, Run, Settings
 from evalsuite.plan import QUALITY, TARGETS, Cell, Value, unknown
 from evalsuite.scene import builtin
-from evalsuite.scene.model import Scene, SceneSource
-from evalsuite.errors import EvalsuiteError
+from evalsuite.scene.model import SceneSource
 from evalsuite.store.cache import Store
 
 
@@ -66,8 +66,9 @@ def _run(settings: Settings) -> Run:
     return Run(Store(), _workers(), settings, Progress(warn=lambda text: warnings.warn(text, stacklevel=4)))
 
 
-def load_scene(path: str | Path, envmap: str | Path | None = None, size: tuple[int, int] | None = None,
-               repair_env: bool = False) -> SceneHandle:
+def load_scene(
+    path: str | Path, envmap: str | Path | None = None, size: tuple[int, int] | None = None, repair_env: bool = False
+) -> SceneHandle:
     """A built-in scene by name, or any Mitsuba XML file. envmap: a lat-long .exr/.hdr or a name from `evalsuite env list`
     that replaces the scene's environment. size: (width, height) [pixels]. Raises EvalsuiteError for bad input."""
     environment = builtin.environment_path(str(envmap)) if envmap is not None else None
@@ -76,7 +77,9 @@ def load_scene(path: str | Path, envmap: str | Path | None = None, size: tuple[i
     return handle
 
 
-def render(scene: SceneHandle, technique: str, *, supersample: int = 4, seed: int = 0, **parameters: Value) -> NDArray[np.float32]:
+def render(
+    scene: SceneHandle, technique: str, *, supersample: int = 4, seed: int = 0, **parameters: Value
+) -> NDArray[np.float32]:
     """GPU picture, (H, W, 3) float32 linear radiance. parameters: the technique's (`evalsuite list techniques`).
 
     The scene's BSDF `subject` is bound to the technique's own target BSDF; without a `subject`, a material parameter
@@ -90,19 +93,36 @@ def render(scene: SceneHandle, technique: str, *, supersample: int = 4, seed: in
             raise unknown("parameter", name, list(chosen.defaults()), "`evalsuite list techniques`")
     run = _run(Settings(size=scene.source.size, seed=seed, supersample=supersample))
     run.outline(scene.source).require_drawable()
-    cell = Cell(scene.source.path.stem, scene.source.path, None, scene.source.environment, technique, parameters,
-                forced=frozenset(parameters))
+    cell = Cell(
+        scene.source.path.stem,
+        scene.source.path,
+        None,
+        scene.source.environment,
+        technique,
+        parameters,
+        forced=frozenset(parameters),
+    )
     source, filled = run.bound_source(cell, chosen, scene.source)
     reason = cannot_stand_for(chosen, run.outline(source))
     if reason:
-        raise EvalsuiteError(scene.source.path, reason, "a material that the technique can stand for",
-                             "choose another technique, or give the material with a parameter such as exponent=64")
+        raise EvalsuiteError(
+            scene.source.path,
+            reason,
+            "a material that the technique can stand for",
+            "choose another technique, or give the material with a parameter such as exponent=64",
+        )
     scene.bindings = source.bindings
     return exr.read(run.image(source, chosen, filled)[0] / "image.exr")
 
 
-def reference(scene: SceneHandle, target: str = "unoccluded", *, target_error: float = QUALITY["draft"][0],
-              max_spp: int = QUALITY["publication"][1], seed: int = 0) -> Reference:
+def reference(
+    scene: SceneHandle,
+    target: str = "unoccluded",
+    *,
+    target_error: float = QUALITY["draft"][0],
+    max_spp: int = QUALITY["publication"][1],
+    seed: int = 0,
+) -> Reference:
     """Mitsuba ground truth of the scene with the materials that the last `render` of it bound (its own, before any).
 
     target: `evalsuite list targets`. target_error: relative standard error to reach (rms over the mask, over the mean
@@ -113,16 +133,29 @@ def reference(scene: SceneHandle, target: str = "unoccluded", *, target_error: f
     place, meta, *_ = run.reference(scene.bound, target, seed)
     with np.load(place / "halves.npz") as halves:
         a, b = halves["a"], halves["b"]
-    return Reference(exr.read(place / "reference.exr"), exr.read(place / "standard_error.exr"), (a, b),
-                     run.object_mask(scene.bound)[1], meta["spp"], meta["reached_error"], meta["capped"])
+    return Reference(
+        exr.read(place / "reference.exr"),
+        exr.read(place / "standard_error.exr"),
+        (a, b),
+        run.object_mask(scene.bound)[1],
+        meta["spp"],
+        meta["reached_error"],
+        meta["capped"],
+    )
 
 
-def compare(image: NDArray, reference: Reference | NDArray, *, mask: NDArray | None = None,
-            standard_error: NDArray | None = None) -> Comparison:
+def compare(
+    image: NDArray, reference: Reference | NDArray, *, mask: NDArray | None = None, standard_error: NDArray | None = None
+) -> Comparison:
     """Metrics with 95 % intervals and error maps of (image, reference); signed error = image − reference.
 
     reference: what `reference` returned (its noise and mask are used), or any picture of the same shape."""
     if isinstance(reference, Reference):
-        return compare_pictures(image, reference.mean, standard_error=reference.standard_error, halves=reference.halves,
-                                mask=reference.mask if mask is None else mask)
+        return compare_pictures(
+            image,
+            reference.mean,
+            standard_error=reference.standard_error,
+            halves=reference.halves,
+            mask=reference.mask if mask is None else mask,
+        )
     return compare_pictures(image, reference, standard_error=standard_error, mask=mask)

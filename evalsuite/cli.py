@@ -17,8 +17,13 @@ from rich.table import Table
 from evalsuite import __version__
 from evalsuite.errors import EvalsuiteError
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
-                  help="How wrong is a real-time lighting approximation, where and why: GPU pictures beside Mitsuba 3 ground truth.")
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    help="How wrong is a real-time lighting approximation, where and why: GPU pictures beside Mitsuba 3 ground truth.",
+)
 env_app = typer.Typer(no_args_is_help=True, help="Environment maps: list, inspect, make.")
 list_app = typer.Typer(no_args_is_help=True, help="What there is: scenes, techniques, targets, reports.")
 cache_app = typer.Typer(no_args_is_help=True, help="The store of rendered pictures.")
@@ -55,8 +60,12 @@ def main() -> None:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
-        err.print(f"error: {escape(str(error.filename or 'file system'))}: got {escape(error.strerror or str(error))}, "
-                  "expected a readable file or a writable folder; check the path and the disk", style="red", soft_wrap=True)
+        err.print(
+            f"error: {escape(str(error.filename or 'file system'))}: got {escape(error.strerror or str(error))}, "
+            "expected a readable file or a writable folder; check the path and the disk",
+            style="red",
+            soft_wrap=True,
+        )
         code = 2
     except Exception as error:
         if not hasattr(error, "format_message"):  # anything but a usage error of the command line
@@ -81,7 +90,9 @@ def _error(quality: str | None, target_error: float | None) -> tuple[float, int]
 
     if target_error is not None:
         if not 0 < target_error < 1:
-            raise EvalsuiteError(f"--target-error {target_error}", "no usable value", "a relative standard error in (0, 1), as 0.005")
+            raise EvalsuiteError(
+                f"--target-error {target_error}", "no usable value", "a relative standard error in (0, 1), as 0.005"
+            )
         cap = next((cap for limit, cap in QUALITY.values() if target_error >= limit), QUALITY["publication"][1])
         return target_error, cap
     quality = quality or "draft"
@@ -113,7 +124,9 @@ def _version(version: Annotated[bool, typer.Option("--version", help="Print the 
 @app.command()
 def run(
     report: Annotated[str, typer.Argument(help="Report name or .toml file.")] = "accuracy",
-    scene: Annotated[list[str] | None, typer.Option(help="Scene name or Mitsuba XML file, instead of the report's. Repeatable.")] = None,
+    scene: Annotated[
+        list[str] | None, typer.Option(help="Scene name or Mitsuba XML file, instead of the report's. Repeatable.")
+    ] = None,
     technique: Annotated[list[str] | None, typer.Option("--technique", "-t", help="Technique id or glob. Repeatable.")] = None,
     param: Param = None,
     env: Env = None,
@@ -126,7 +139,9 @@ def run(
     jobs: Annotated[int | None, typer.Option(help="Comparison processes; default: one a core.")] = None,
     no_cache: NoCache = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only list the cells.")] = False,
-    missing_only: Annotated[bool, typer.Option("--missing-only", help="Keep the cells that the output folder has scored.")] = False,
+    missing_only: Annotated[
+        bool, typer.Option("--missing-only", help="Keep the cells that the output folder has scored.")
+    ] = False,
     repair_env: RepairEnv = False,
     as_json: Json = False,
 ) -> None:
@@ -146,8 +161,9 @@ def run(
     from evalsuite.pipeline import Settings
 
     settings = Settings(error, cap, _size(size), seed, repair_env)
-    results = run_report(definition, cells, settings, directory, jobs=jobs, read_cache=not no_cache,
-                         missing_only=missing_only, console=err)
+    results = run_report(
+        definition, cells, settings, directory, jobs=jobs, read_cache=not no_cache, missing_only=missing_only, console=err
+    )
     if as_json:
         _print_json(results)
     else:
@@ -157,7 +173,9 @@ def run(
         print(directory / "index.html")
     if results["cells"] and not any(cell["status"] == "scored" for cell in results["cells"]):
         worst = next((c for c in results["cells"] if c["status"] != "skipped"), results["cells"][0])
-        raise EvalsuiteError(worst["id"], worst["message"], "at least one cell that can be scored", "see the page for each cell's reason")
+        raise EvalsuiteError(
+            worst["id"], worst["message"], "at least one cell that can be scored", "see the page for each cell's reason"
+        )
 
 
 @app.command()
@@ -206,11 +224,18 @@ def reference(
     handle = _load(api, scene, env, size, repair_env)
     with err.status(f"rendering {escape(scene)}, {escape(target)}"):
         result = api.reference(handle, target, target_error=error, max_spp=cap, seed=seed)
-    exr.write(output, {"reference": result.mean, "standard_error": result.standard_error},
-              header={"evalsuite_spp": result.spp, "evalsuite_target": target})
+    exr.write(
+        output,
+        {"reference": result.mean, "standard_error": result.standard_error},
+        header={"evalsuite_spp": result.spp, "evalsuite_target": target},
+    )
     if result.capped:
-        err.print(f"warning: sampling stopped at the cap of {result.spp} spp: relative standard error {result.reached_error:.2%}, "
-                  f"asked for was {error:.2%}", style="yellow", highlight=False)
+        err.print(
+            f"warning: sampling stopped at the cap of {result.spp} spp: relative standard error {result.reached_error:.2%}, "
+            f"asked for was {error:.2%}",
+            style="yellow",
+            highlight=False,
+        )
     print(f"{output}  {result.spp} spp, relative standard error {result.reached_error:.2%}")
 
 
@@ -227,7 +252,9 @@ def _load(api: Any, scene: str, env: str | None, size: str | None, repair: bool)
 
 def _require_exr(path: Path) -> None:
     if path.suffix.lower() != ".exr":
-        raise EvalsuiteError(path, f"the extension '{path.suffix}'", ".exr (linear float picture)", "name the output something.exr")
+        raise EvalsuiteError(
+            path, f"the extension '{path.suffix}'", ".exr (linear float picture)", "name the output something.exr"
+        )
     if not path.parent.is_dir():
         raise EvalsuiteError(path.parent, "no such folder", "an existing folder for the picture", "make it first")
 
@@ -248,8 +275,11 @@ def compare(
     if as_json:
         _print_json(result)
         return
-    rows = [{"metric": name, "value": f"{m['value']:.6g}", "95 % interval": f"{m['ci95'][0]:.6g} … {m['ci95'][1]:.6g}"}
-            for name, m in result["metrics"].items() if not name.endswith("_full")]
+    rows = [
+        {"metric": name, "value": f"{m['value']:.6g}", "95 % interval": f"{m['ci95'][0]:.6g} … {m['ci95'][1]:.6g}"}
+        for name, m in result["metrics"].items()
+        if not name.endswith("_full")
+    ]
     _print_table(rows, ["metric", "value", "95 % interval"])
     for note in result["notes"]:
         print(note)
@@ -305,9 +335,14 @@ def list_techniques(as_json: Json = False) -> None:
         return
     for row in rows:
         out.print(f"[bold]{row['id']}[/bold]  {escape(row['title'])}", highlight=False)
-        facts = {"paper": row["paper"], "equation": row["equation"], "target": row["target"], "stands for": ", ".join(row["stands_for"]),
-                 "parameters": "; ".join(f"{p['name']} = {p['default']} ({p['meaning']})" for p in row["parameters"]),
-                 "assumes": " · ".join(row["assumptions"])}
+        facts = {
+            "paper": row["paper"],
+            "equation": row["equation"],
+            "target": row["target"],
+            "stands for": ", ".join(row["stands_for"]),
+            "parameters": "; ".join(f"{p['name']} = {p['default']} ({p['meaning']})" for p in row["parameters"]),
+            "assumes": " · ".join(row["assumptions"]),
+        }
         for name, text in facts.items():
             out.print(f"  {name + ':':<12}{escape(str(text))}", highlight=False, soft_wrap=True)
 

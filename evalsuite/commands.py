@@ -28,8 +28,17 @@ from evalsuite.store import results as store_results
 from evalsuite.store.cache import Store, write_atomic
 
 
-def run_report(report: Report, cells: list[Cell], settings: Settings, directory: Path, *, jobs: int | None, read_cache: bool,
-               missing_only: bool, console: Console) -> dict:
+def run_report(
+    report: Report,
+    cells: list[Cell],
+    settings: Settings,
+    directory: Path,
+    *,
+    jobs: int | None,
+    read_cache: bool,
+    missing_only: bool,
+    console: Console,
+) -> dict:
     """Make the cells, write results.json and the page into `directory`; returns the results."""
     from evalsuite.report import page
 
@@ -41,9 +50,13 @@ def run_report(report: Report, cells: list[Cell], settings: Settings, directory:
     with Workers(jobs) as workers, _progress(console, len(todo)) as told:
         run = Run(Store(read=read_cache), workers, settings, told)
         fresh = {cell["id"]: (cell, files) for cell, files in run_cells(run, todo)}
-        header = {"report": report.name, "title": report.title, "description": report.description,
-                  "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
-                  "host": run.host() | {"git": _git()}}
+        header = {
+            "report": report.name,
+            "title": report.title,
+            "description": report.description,
+            "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+            "host": run.host() | {"git": _git()},
+        }
     for cell in kept.values():
         files = {name: directory / path for name, path in cell["images"].items()}
         fresh[cell["id"]] = (cell, files)
@@ -98,14 +111,17 @@ def _compare_files(image: Path, reference: Path, standard_error: Path | None, ma
     if pictures[0].shape != pictures[1].shape:
         sizes = ["{1}x{0}".format(*picture.shape[:2]) for picture in pictures]
         raise EvalsuiteError(image, f"a picture of {sizes[0]}", f"{sizes[1]}, the size of {reference}", "render both at one size")
-    result = compare(*pictures, standard_error=exr.read(standard_error) if standard_error else None,
-                     mask=exr.read(mask).mean(axis=-1) > 0.5 if mask else None)
+    result = compare(
+        *pictures,
+        standard_error=exr.read(standard_error) if standard_error else None,
+        mask=exr.read(mask).mean(axis=-1) > 0.5 if mask else None,
+    )
     if directory is not None:
         store_results.prepare(directory)
         for name in ("difference", "relative", "zscore", "flip_map"):
             picture = getattr(result, name)
             if picture is not None:
-                exr.write(directory / f"{ {'difference': 'error', 'flip_map': 'flip'}.get(name, name)}.exr", picture)
+                exr.write(directory / f"{ {'difference': 'error', 'flip_map': 'flip'}.get(name, name) }.exr", picture)
         write_atomic(directory / "metrics.json", json.dumps(result.to_json(), indent=1) + "\n")
     return result.to_json()
 
@@ -119,26 +135,45 @@ def examine() -> dict:
         try:
             return lane.call(function)
         except (MachineLacks, WorkerFailed) as error:
-            checks.append({"name": name, "ok": False, "text": str(error), "fix": error.fix if isinstance(error, MachineLacks) else fix})
+            checks.append(
+                {"name": name, "ok": False, "text": str(error), "fix": error.fix if isinstance(error, MachineLacks) else fix}
+            )
         finally:
             lane.close()
         return None
 
-    checks.append({"name": "Python", "ok": sys.version_info >= (3, 11), "text": sys.version.split()[0], "fix": "Python 3.11 or newer"})
+    checks.append(
+        {"name": "Python", "ok": sys.version_info >= (3, 11), "text": sys.version.split()[0], "fix": "Python 3.11 or newer"}
+    )
     gl = ask("OpenGL", "evalsuite.gpu.worker:probe", "apt-get install libegl1 libgl1-mesa-dri")
     if gl:
         kind = "software" if gl.get("software") else "hardware"
         checks.append({"name": "OpenGL", "ok": True, "text": f"{gl['renderer']}, {gl['version']} ({kind})", "fix": ""})
     mitsuba = ask("Mitsuba", "evalsuite.reference.worker:probe", "pip install mitsuba==3.9.1")
     if mitsuba:
-        checks.append({"name": "Mitsuba", "ok": bool(mitsuba["mitsuba"]), "fix": "pip install mitsuba==3.9.1",
-                       "text": f"{mitsuba['mitsuba']} with Dr.Jit {mitsuba['drjit']}, variants {', '.join(mitsuba['variants']) or 'none'}"})
+        checks.append(
+            {
+                "name": "Mitsuba",
+                "ok": bool(mitsuba["mitsuba"]),
+                "fix": "pip install mitsuba==3.9.1",
+                "text": f"{mitsuba['mitsuba']} with Dr.Jit {mitsuba['drjit']}, variants {', '.join(mitsuba['variants']) or 'none'}",
+            }
+        )
         llvm = mitsuba["llvm"]
         tried = "; ".join(f"{c['path']}: {c['verdict']}" for c in mitsuba["candidates"]) or "none found"
-        checks.append({"name": "LLVM", "ok": llvm is not None, "fix": mitsuba["fix"],
-                       "text": f"{llvm['version']} ({llvm['path']})" if llvm else tried})
-    for name, module, package in (("FLIP", "flip_evaluator", "flip-evaluator"), ("OpenEXR", "OpenEXR", "OpenEXR"),
-                                  ("FlipBook viewer", "simpleimageio", "simpleimageio")):
+        checks.append(
+            {
+                "name": "LLVM",
+                "ok": llvm is not None,
+                "fix": mitsuba["fix"],
+                "text": f"{llvm['version']} ({llvm['path']})" if llvm else tried,
+            }
+        )
+    for name, module, package in (
+        ("FLIP", "flip_evaluator", "flip-evaluator"),
+        ("OpenEXR", "OpenEXR", "OpenEXR"),
+        ("FlipBook viewer", "simpleimageio", "simpleimageio"),
+    ):
         found = importlib.util.find_spec(module) is not None
         checks.append({"name": name, "ok": found, "text": "installed" if found else "absent", "fix": f"pip install {package}"})
     store = Store()
@@ -146,7 +181,9 @@ def examine() -> dict:
         store_results.prepare(store.root)
         checks.append({"name": "Cache", "ok": True, "text": str(store.root), "fix": ""})
     except EvalsuiteError as error:
-        checks.append({"name": "Cache", "ok": False, "text": str(error), "fix": "set EVALSUITE_CACHE to a folder that can be written"})
+        checks.append(
+            {"name": "Cache", "ok": False, "text": str(error), "fix": "set EVALSUITE_CACHE to a folder that can be written"}
+        )
     return {"checks": checks, "gl": gl, "mitsuba": mitsuba}
 
 
@@ -177,7 +214,11 @@ def _environment_facts(path: Path) -> dict:
     half = int(np.searchsorted(shares, 0.5))
     mean = power.sum() / omega.sum()
     return {
-        "file": str(path), "width": width, "height": height, "minimum": float(radiance.min()), "maximum": float(radiance.max()),
+        "file": str(path),
+        "width": width,
+        "height": height,
+        "minimum": float(radiance.min()),
+        "maximum": float(radiance.max()),
         "mean_radiance": [float(c) for c in (radiance * omega[..., None]).sum((0, 1)) / omega.sum()],
         "maximum_over_mean": float(light.max() / mean) if mean > 0 else None,
         "nan_or_inf": environment.nonfinite if hasattr(environment, "nonfinite") else 0,

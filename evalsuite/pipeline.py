@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from evalsuite.errors import EvalsuiteError, WorkerFailed
+from evalsuite.errors import WorkerFailed
 from evalsuite.execute.local import Workers
 from evalsuite.gpu.techniques import TECHNIQUES, Technique, cannot_stand_for
 from evalsuite.image import exr
@@ -25,7 +25,7 @@ from evalsuite.plan import QUALITY, Cell
 from evalsuite.scene.dependencies import dependencies
 from evalsuite.scene.model import Scene, SceneSource
 from evalsuite.scene.outline import outline_from_json, outline_to_json
-from evalsuite.store.cache import Store, digest, file_digest, package_versions, source_digest, write_atomic
+from evalsuite.store.cache import Store, digest, file_digest, package_versions, source_digest
 
 #: Sub-samples per pixel axis on the GPU: edge-pixel coverage within 0.036 rms of Mitsuba's box filter (4×4).
 SUPERSAMPLE = 4
@@ -108,7 +108,9 @@ class Run:
             "size": source.size,
             "bindings": source.bindings,
             "repair": source.repair_environment,
-            "code": source_digest("scene/load.py", "scene/environment.py", "scene/tessellate.py", "scene/model.py", "math/sphere.py"),
+            "code": source_digest(
+                "scene/load.py", "scene/environment.py", "scene/tessellate.py", "scene/model.py", "math/sphere.py"
+            ),
             "versions": package_versions("mitsuba", "drjit", "OpenEXR"),
         }
 
@@ -140,9 +142,22 @@ class Run:
     def certificate(self, source: SceneSource) -> tuple[Path, dict]:
         """Scene-equivalence certificate of a scene (materials' values do not matter for it), with Mitsuba's coverage."""
         source = replace(source, bindings={})
-        key = digest([self.fingerprint(source), self.host()["gl_renderer"], self.settings.supersample, source_digest(
-            "gpu/context.py", "gpu/draw.py", "gpu/glsl", "gpu/environment.py", "gpu/worker.py", "reference/gbuffer.py",
-            "compare/certificate.py")])
+        key = digest(
+            [
+                self.fingerprint(source),
+                self.host()["gl_renderer"],
+                self.settings.supersample,
+                source_digest(
+                    "gpu/context.py",
+                    "gpu/draw.py",
+                    "gpu/glsl",
+                    "gpu/environment.py",
+                    "gpu/worker.py",
+                    "reference/gbuffer.py",
+                    "compare/certificate.py",
+                ),
+            ]
+        )
 
         def make() -> tuple[Path, dict]:
             scene = self.model(source)
@@ -152,8 +167,12 @@ class Run:
             from evalsuite.compare.certificate import certify
 
             result = certify(ours.result(), theirs).to_json()
-            return self.store.put("certificate", key, result, lambda folder: np.savez_compressed(
-                folder / "coverage.npz", material=theirs.material, coverage=theirs.coverage))
+            return self.store.put(
+                "certificate",
+                key,
+                result,
+                lambda folder: np.savez_compressed(folder / "coverage.npz", material=theirs.material, coverage=theirs.coverage),
+            )
 
         place, meta, _ = self._once("certificate", key, make)
         return place, meta
@@ -163,8 +182,19 @@ class Run:
         if not technique.resolves:
             return dict(parameters)
         key = digest([self.fingerprint(source), technique.id, parameters, self._gpu_code(technique)])
-        _, meta, _ = self._once("resolved", key, lambda: self.store.put("resolved", key, {
-            "parameters": self.workers.gpu.call("evalsuite.gpu.worker:resolve", self.model(source), technique.id, dict(parameters))}))
+        _, meta, _ = self._once(
+            "resolved",
+            key,
+            lambda: self.store.put(
+                "resolved",
+                key,
+                {
+                    "parameters": self.workers.gpu.call(
+                        "evalsuite.gpu.worker:resolve", self.model(source), technique.id, dict(parameters)
+                    )
+                },
+            ),
+        )
         return meta["parameters"]
 
     def _gpu_code(self, technique: Technique) -> list:
@@ -172,20 +202,45 @@ class Run:
         stem = f"gpu/techniques/{technique.id.replace('-', '_')}"
         companions = {c for c in ("diffuse_sh9", "glossy_mcguire", "mirror_cube")}
         files = [stem, *(f"gpu/techniques/{c}" for c in sorted(companions))]
-        return [self.host()["gl_renderer"], package_versions("moderngl", "numpy"), source_digest(
-            *(f + end for f in dict.fromkeys(files) for end in (".py", ".glsl")), "gpu/techniques/base.py", "gpu/context.py",
-            "gpu/draw.py", "gpu/environment.py", "gpu/glsl", "gpu/worker.py", "math")]
+        return [
+            self.host()["gl_renderer"],
+            package_versions("moderngl", "numpy"),
+            source_digest(
+                *(f + end for f in dict.fromkeys(files) for end in (".py", ".glsl")),
+                "gpu/techniques/base.py",
+                "gpu/context.py",
+                "gpu/draw.py",
+                "gpu/environment.py",
+                "gpu/glsl",
+                "gpu/worker.py",
+                "math",
+            ),
+        ]
 
     def image(self, source: SceneSource, technique: Technique, parameters: Mapping) -> tuple[Path, dict, bool, str]:
         """GPU picture: image.exr, scored.exr and, for a sampled technique, standard_error.exr."""
-        key = digest([self.fingerprint(source), technique.id, parameters, self._gpu_code(technique), self.settings.supersample,
-                      self.settings.seed])
+        key = digest(
+            [
+                self.fingerprint(source),
+                technique.id,
+                parameters,
+                self._gpu_code(technique),
+                self.settings.supersample,
+                self.settings.seed,
+            ]
+        )
 
         def make() -> tuple[Path, dict]:
             scene = self.model(source)
             self.progress.step(f"drawing {source.path.stem} with {technique.id}")
-            drawing = self.workers.gpu.call("evalsuite.gpu.worker:render", scene, technique.id, dict(parameters),
-                                            self.settings.supersample, self.settings.seed)
+            drawing = self.workers.gpu.call(
+                "evalsuite.gpu.worker:render",
+                scene,
+                technique.id,
+                dict(parameters),
+                self.settings.supersample,
+                self.settings.seed,
+            )
 
             def fill(folder: Path) -> None:
                 exr.write(folder / "image.exr", drawing.image)
@@ -193,8 +248,12 @@ class Run:
                 if drawing.standard_error is not None:
                     exr.write(folder / "standard_error.exr", drawing.standard_error)
 
-            return self.store.put("image", key, {"cost": drawing.cost, "mapping": drawing.mapping, "fit": drawing.fit,
-                                                 "notes": list(drawing.notes)}, fill)
+            return self.store.put(
+                "image",
+                key,
+                {"cost": drawing.cost, "mapping": drawing.mapping, "fit": drawing.fit, "notes": list(drawing.notes)},
+                fill,
+            )
 
         return (*self._once("image", key, make), key)
 
@@ -213,8 +272,10 @@ class Run:
             while True:
                 step = self.workers.reference.call("evalsuite.reference.worker:sample", source, plan, mask, str(partial), spp)
                 spp = step["spp"]
-                self.progress.step(f"reference {source.path.stem}, {target}: {spp} spp, {step['reached_error']:.2%} of "
-                                   f"{settings.target_error:.2%}")
+                self.progress.step(
+                    f"reference {source.path.stem}, {target}: {spp} spp, {step['reached_error']:.2%} of "
+                    f"{settings.target_error:.2%}"
+                )
                 if step["done"]:
                     break
             result = self.workers.reference.call("evalsuite.reference.worker:finish", str(partial))
@@ -241,8 +302,15 @@ class Run:
 
     def comparison(self, image: tuple[Path, str], reference: tuple[Path, str], coverage: np.ndarray) -> tuple[Path, dict]:
         """metrics.json and the error maps of one cell."""
-        key = digest([image[1], reference[1], coverage, source_digest("compare", "image/color.py"),
-                      package_versions("flip-evaluator", "scikit-image", "numpy", "scipy")])
+        key = digest(
+            [
+                image[1],
+                reference[1],
+                coverage,
+                source_digest("compare", "image/color.py"),
+                package_versions("flip-evaluator", "scikit-image", "numpy", "scipy"),
+            ]
+        )
 
         def make() -> tuple[Path, dict]:
             result = self.workers.compare.call("evalsuite.compare.cell:compare_cell", str(image[0]), str(reference[0]), coverage)
@@ -290,12 +358,29 @@ class Run:
         started = time.perf_counter()
         technique = TECHNIQUES[cell.technique]
         result = {
-            "id": cell.id, "scene": cell.scene, "environment": cell.environment, "technique": cell.technique,
-            "parameters": ({"env": cell.environment} if cell.environment else {}) | dict(cell.parameters), "target": cell.target,
-            "scene_file": str(cell.path), "seed": self.settings.seed, "target_error": self.settings.target_error,
-            "status": "failed", "message": "", "certificate": None, "metrics": {}, "regions": {}, "ledger": [], "cost": {},
-            "images": {}, "mapping": [], "notes": [], "warnings": [], "fit": None,
-            "technique_info": technique.to_json(), "reproduce": self.reproduce(cell),
+            "id": cell.id,
+            "scene": cell.scene,
+            "environment": cell.environment,
+            "technique": cell.technique,
+            "parameters": ({"env": cell.environment} if cell.environment else {}) | dict(cell.parameters),
+            "target": cell.target,
+            "scene_file": str(cell.path),
+            "seed": self.settings.seed,
+            "target_error": self.settings.target_error,
+            "status": "failed",
+            "message": "",
+            "certificate": None,
+            "metrics": {},
+            "regions": {},
+            "ledger": [],
+            "cost": {},
+            "images": {},
+            "mapping": [],
+            "notes": [],
+            "warnings": [],
+            "fit": None,
+            "technique_info": technique.to_json(),
+            "reproduce": self.reproduce(cell),
         }
         files: dict[str, Path] = {}
         try:
@@ -325,18 +410,28 @@ class Run:
         reference, reference_meta, reference_cached, reference_key = self.reference(source, cell.target, self.settings.seed)
         result["mapping"], result["fit"] = image_meta["mapping"], image_meta["fit"]
         result["notes"] += image_meta["notes"]
-        result["cost"] = {**image_meta["cost"], "reference_s": reference_meta["seconds"], "reference_spp": reference_meta["spp"],
-                          "cached": image_cached and reference_cached}
+        result["cost"] = {
+            **image_meta["cost"],
+            "reference_s": reference_meta["seconds"],
+            "reference_spp": reference_meta["spp"],
+            "cached": image_cached and reference_cached,
+        }
         result["reached_error"] = reference_meta["reached_error"]
         if reference_meta["capped"]:
             result["warnings"].append(
                 f"sampling stopped at the cap of {reference_meta['spp']} spp: the reference's relative standard error is "
-                f"{reference_meta['reached_error']:.2%}, asked for was {self.settings.target_error:.2%}")
-        files |= {"image": image / "image.exr", "reference": reference / "reference.exr",
-                  "standard_error": reference / "standard_error.exr"}
+                f"{reference_meta['reached_error']:.2%}, asked for was {self.settings.target_error:.2%}"
+            )
+        files |= {
+            "image": image / "image.exr",
+            "reference": reference / "reference.exr",
+            "standard_error": reference / "standard_error.exr",
+        }
         if not certificate["passed"]:
-            result |= {"status": "uncertified", "message": "the renderers do not see the same scene: "
-                       + "; ".join(certificate["reasons"])}
+            result |= {
+                "status": "uncertified",
+                "message": "the renderers do not see the same scene: " + "; ".join(certificate["reasons"]),
+            }
             return
         place, _ = self.certificate(source)
         with np.load(place / "coverage.npz") as data:
@@ -352,8 +447,16 @@ class Run:
         """The command that makes this cell again, whatever report it stands in."""
         import shlex
 
-        words = ["evalsuite", "run", "--scene", cell.scene if cell.path.parent.name == "scenes" else str(cell.path),
-                 "-t", cell.technique, "--target", cell.target]
+        words = [
+            "evalsuite",
+            "run",
+            "--scene",
+            cell.scene if cell.path.parent.name == "scenes" else str(cell.path),
+            "-t",
+            cell.technique,
+            "--target",
+            cell.target,
+        ]
         for name, value in cell.parameters.items():
             words += ["-p", f"{name}={value}"]
         if cell.environment:

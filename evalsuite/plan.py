@@ -161,10 +161,16 @@ def load_report(name: str) -> Report:
         parameters = table.get("parameters", {})
         if not isinstance(parameters, dict):
             raise EvalsuiteError(f"{where}, parameters", repr(parameters), "a table of name = value or [values]")
-        groups.append(Group(
-            name=str(table.get("name", number)), scenes=names("scenes"), techniques=names("techniques"),
-            environments=names("environments") or (None,), targets=names("targets", ("unoccluded",)),
-            parameters={k: tuple(v) if isinstance(v, list) else (v,) for k, v in parameters.items()}))
+        groups.append(
+            Group(
+                name=str(table.get("name", number)),
+                scenes=names("scenes"),
+                techniques=names("techniques"),
+                environments=names("environments") or (None,),
+                targets=names("targets", ("unoccluded",)),
+                parameters={k: tuple(v) if isinstance(v, list) else (v,) for k, v in parameters.items()},
+            )
+        )
     return Report(path.stem, str(data.get("title", path.stem)), str(data.get("description", "")), tuple(groups))
 
 
@@ -205,10 +211,15 @@ def plan(report: Report, choice: Choice | None = None) -> list[Cell]:
                     raise unknown("target", target, TARGETS, "`evalsuite list targets`")
                 for values in itertools.product(*sweep.values()):
                     cell = Cell(
-                        scene=path.stem, path=path, environment=_environment_label(environment),
+                        scene=path.stem,
+                        path=path,
+                        environment=_environment_label(environment),
                         environment_path=builtin.environment_path(environment) if environment else None,
-                        technique=technique, parameters=dict(zip(sweep, values, strict=True)), target=target,
-                        forced=frozenset(choice.parameters) & own)
+                        technique=technique,
+                        parameters=dict(zip(sweep, values, strict=True)),
+                        target=target,
+                        forced=frozenset(choice.parameters) & own,
+                    )
                     cells.setdefault(cell.id, cell)
     for name in choice.parameters:
         if cells and name not in used:

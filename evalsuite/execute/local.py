@@ -88,15 +88,21 @@ class Lane:
         except BrokenProcessPool:
             codes = _exit_codes(processes)
             self._stop()
-            raise WorkerFailed(f"{self.name} worker", f"a dead process ({_describe_exit(codes)}{self._last_words()})",
-                               "a result", "this cell is lost, the others go on; `evalsuite doctor` tests the machine") from None
+            raise WorkerFailed(
+                f"{self.name} worker",
+                f"a dead process ({_describe_exit(codes)}{self._last_words()})",
+                "a result",
+                "this cell is lost, the others go on; `evalsuite doctor` tests the machine",
+            ) from None
         except FutureTimeout:
             self._stop()
-            raise WorkerFailed(f"{self.name} worker", f"no answer in {self._limit_s:.0f} s", "a result",
-                               "this cell is lost, the others go on") from None
+            raise WorkerFailed(
+                f"{self.name} worker", f"no answer in {self._limit_s:.0f} s", "a result", "this cell is lost, the others go on"
+            ) from None
         except MemoryError:
-            raise WorkerFailed(f"{self.name} worker", "out of memory", "enough memory for the task",
-                               "use a smaller --size or environment") from None
+            raise WorkerFailed(
+                f"{self.name} worker", "out of memory", "enough memory for the task", "use a smaller --size or environment"
+            ) from None
 
     def _last_words(self) -> str:
         try:

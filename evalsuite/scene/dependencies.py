@@ -31,8 +31,12 @@ def _collect(path: Path, root: Path, defaults: dict[str, str], found: set[Path])
         raise EvalsuiteError(path, error.strerror or str(error), "a readable Mitsuba XML scene", "check the path") from error
     except ElementTree.ParseError as error:
         line, column = error.position
-        raise EvalsuiteError(f"{path} (line {line}, col {column})", f"XML that does not parse ({error.msg.split(':')[0]})",
-                             "a Mitsuba XML scene", "mend the file there") from error
+        raise EvalsuiteError(
+            f"{path} (line {line}, col {column})",
+            f"XML that does not parse ({error.msg.split(':')[0]})",
+            "a Mitsuba XML scene",
+            "mend the file there",
+        ) from error
     for element in tree.iter():
         if element.tag == "default":
             defaults.setdefault(element.get("name", ""), element.get("value", ""))

@@ -126,17 +126,28 @@ class Scene:
     def require_drawable(self) -> None:
         """Raise EvalsuiteError naming the first element (with its line) that the GPU side cannot draw."""
         if self.refused:
-            raise EvalsuiteError(self.path, self.refused[0], "triangle meshes or analytic shapes, a perspective camera and "
-                                 "an envmap, constant or sunsky emitter", "remove it, or render with `evalsuite reference`")
+            raise EvalsuiteError(
+                self.path,
+                self.refused[0],
+                "triangle meshes or analytic shapes, a perspective camera and an envmap, constant or sunsky emitter",
+                "remove it, or render with `evalsuite reference`",
+            )
         used = {mesh.material for mesh in self.meshes}
         for index, material in enumerate(self.materials):
             if index in used and material.undrawable:
-                raise EvalsuiteError(material.location or self.path, f"{material.plugin} '{material.id}' ({material.undrawable})",
-                                     f"a BSDF the GPU side can draw: {', '.join(DRAWABLE)}",
-                                     "change it, or render the scene with `evalsuite reference` alone")
+                raise EvalsuiteError(
+                    material.location or self.path,
+                    f"{material.plugin} '{material.id}' ({material.undrawable})",
+                    f"a BSDF the GPU side can draw: {', '.join(DRAWABLE)}",
+                    "change it, or render the scene with `evalsuite reference` alone",
+                )
         if self.environment is None:
-            raise EvalsuiteError(self.path, "no envmap, constant or sunsky emitter",
-                                 "an environment for the GPU side to light the scene with", "add one, or give --env FILE")
+            raise EvalsuiteError(
+                self.path,
+                "no envmap, constant or sunsky emitter",
+                "an environment for the GPU side to light the scene with",
+                "add one, or give --env FILE",
+            )
 
 
 @dataclass(frozen=True, eq=False)

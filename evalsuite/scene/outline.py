@@ -16,15 +16,34 @@ def outline_to_json(scene: Scene) -> dict:
     return {
         "name": scene.name,
         "path": str(scene.path),
-        "camera": {"to_world": scene.camera.to_world.tolist(), "fov_x_deg": scene.camera.fov_x_deg, "film": scene.camera.film,
-                   "crop": scene.camera.crop, "principal_point": scene.camera.principal_point, "near": scene.camera.near,
-                   "far": scene.camera.far},
+        "camera": {
+            "to_world": scene.camera.to_world.tolist(),
+            "fov_x_deg": scene.camera.fov_x_deg,
+            "film": scene.camera.film,
+            "crop": scene.camera.crop,
+            "principal_point": scene.camera.principal_point,
+            "near": scene.camera.near,
+            "far": scene.camera.far,
+        },
         "meshes": [{"name": mesh.name, "material": mesh.material, "triangles": len(mesh.faces)} for mesh in scene.meshes],
-        "materials": [{"id": m.id, "plugin": m.plugin, "parameters": dict(m.parameters), "two_sided": m.two_sided,
-                       "undrawable": m.undrawable, "location": m.location} for m in scene.materials],
-        "environment": None if scene.environment is None else {
-            "shape": scene.environment.radiance.shape[:2], "source": scene.environment.source,
-            "notes": scene.environment.notes},
+        "materials": [
+            {
+                "id": m.id,
+                "plugin": m.plugin,
+                "parameters": dict(m.parameters),
+                "two_sided": m.two_sided,
+                "undrawable": m.undrawable,
+                "location": m.location,
+            }
+            for m in scene.materials
+        ],
+        "environment": None
+        if scene.environment is None
+        else {
+            "shape": scene.environment.radiance.shape[:2],
+            "source": scene.environment.source,
+            "notes": scene.environment.notes,
+        },
         "mitsuba_only": scene.mitsuba_only,
         "refused": scene.refused,
     }
@@ -34,12 +53,25 @@ def outline_from_json(data: dict) -> Scene:
     """The scene again, with empty meshes and a one-texel black environment in place of the real ones."""
     camera, environment = data["camera"], data["environment"]
     return Scene(
-        name=data["name"], path=Path(data["path"]),
-        camera=Camera(np.array(camera["to_world"]), camera["fov_x_deg"], tuple(camera["film"]), tuple(camera["crop"]),
-                      tuple(camera["principal_point"]), camera["near"], camera["far"]),
-        meshes=tuple(TriangleMesh(mesh["name"], _NOTHING, _NOTHING, _NOTHING.astype(np.uint32), mesh["material"])
-                     for mesh in data["meshes"]),
+        name=data["name"],
+        path=Path(data["path"]),
+        camera=Camera(
+            np.array(camera["to_world"]),
+            camera["fov_x_deg"],
+            tuple(camera["film"]),
+            tuple(camera["crop"]),
+            tuple(camera["principal_point"]),
+            camera["near"],
+            camera["far"],
+        ),
+        meshes=tuple(
+            TriangleMesh(mesh["name"], _NOTHING, _NOTHING, _NOTHING.astype(np.uint32), mesh["material"])
+            for mesh in data["meshes"]
+        ),
         materials=tuple(Material(**m) for m in data["materials"]),
-        environment=None if environment is None else Environment(
-            np.zeros((1, 1, 3), np.float32), np.eye(3), environment["source"], tuple(environment["notes"])),
-        mitsuba_only=tuple(data["mitsuba_only"]), refused=tuple(data["refused"]))
+        environment=None
+        if environment is None
+        else Environment(np.zeros((1, 1, 3), np.float32), np.eye(3), environment["source"], tuple(environment["notes"])),
+        mitsuba_only=tuple(data["mitsuba_only"]),
+        refused=tuple(data["refused"]),
+    )

@@ -140,8 +140,12 @@ class Store:
 
 def unwritable(where: Path, error: OSError) -> EvalsuiteError:
     """The one line for a folder that cannot be written: no permission, a full or read-only disk, a file in the way."""
-    return EvalsuiteError(where, error.strerror or str(error), "a folder that can be written, with space left",
-                          "choose another (--out, or EVALSUITE_CACHE for the cache)")
+    return EvalsuiteError(
+        where,
+        error.strerror or str(error),
+        "a folder that can be written, with space left",
+        "choose another (--out, or EVALSUITE_CACHE for the cache)",
+    )
 
 
 def write_atomic(path: Path, data: bytes | str) -> None:
@@ -160,4 +164,3 @@ def write_atomic(path: Path, data: bytes | str) -> None:
             raise
     except OSError as error:
         raise unwritable(path.parent, error) from error
-

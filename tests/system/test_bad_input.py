@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import scene_xml
+from small_scene import scene_xml
 
 from evalsuite.image import exr
 
@@ -56,28 +56,43 @@ def check_one_line(outcome, *names: str) -> None:
         assert name in lines[0], lines[0]
 
 
-@pytest.mark.parametrize(("name", "words"), [
-    ("truncated.exr", ()), ("junk.exr", ()), ("empty.exr", ()), ("junk.hdr", ()), ("truncated.hdr", ()), ("nan.exr", ("--repair-env",)),
-    ("inf.exr", ()), ("missing.exr", ()), ("notes.txt", ()), ("dir.exr", ())])
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("truncated.exr", ()),
+        ("junk.exr", ()),
+        ("empty.exr", ()),
+        ("junk.hdr", ()),
+        ("truncated.hdr", ()),
+        ("nan.exr", ("--repair-env",)),
+        ("inf.exr", ()),
+        ("missing.exr", ()),
+        ("notes.txt", ()),
+        ("dir.exr", ()),
+    ],
+)
 def test_bad_map(evalsuite, folder, name, words):
     (folder / "plain.xml").write_text(scene_xml())
     outcome = evalsuite("run", "--scene", "plain.xml", "-t", "diffuse-sh9", "--env", name, "--out", f"o-{name}", cwd=folder)
     check_one_line(outcome, name, *words)
 
 
-@pytest.mark.parametrize(("label", "xml", "names"), [
-    ("missing-mesh", scene_xml(shape="ply", shape_parameters='<string name="filename" value="gone.ply"/>'), ("gone.ply",)),
-    ("missing-map", scene_xml(envmap("gone.exr")), ("gone.exr",)),
-    ("nan-map", scene_xml(envmap("nan.exr")), ("nan.exr", "--repair-env")),
-    ("unknown-plugin", scene_xml(plugin="velvet", parameters=""), ("velvet", "line 10")),
-    ("unknown-property", scene_xml(parameters='<float name="shine" value="3"/>'), ("shine",)),
-    ("dielectric", scene_xml(plugin="dielectric", parameters=""), ("dielectric", "clay", "line 10")),
-    ("broken-xml", scene_xml()[:-20], ("broken-xml.xml", "line")),
-    ("bad-reference", scene_xml(extra='<shape type="sphere"><ref id="nobody"/></shape>'), ("nobody",)),
-    ("point-light", scene_xml(extra='<emitter type="point"/>'), ("point", "line 12")),
-    ("not-xml", "hello", ("not-xml.xml",)),
-    ("no-environment", scene_xml(emitter=""), ("no-environment.xml",)),
-])
+@pytest.mark.parametrize(
+    ("label", "xml", "names"),
+    [
+        ("missing-mesh", scene_xml(shape="ply", shape_parameters='<string name="filename" value="gone.ply"/>'), ("gone.ply",)),
+        ("missing-map", scene_xml(envmap("gone.exr")), ("gone.exr",)),
+        ("nan-map", scene_xml(envmap("nan.exr")), ("nan.exr", "--repair-env")),
+        ("unknown-plugin", scene_xml(plugin="velvet", parameters=""), ("velvet", "line 10")),
+        ("unknown-property", scene_xml(parameters='<float name="shine" value="3"/>'), ("shine",)),
+        ("dielectric", scene_xml(plugin="dielectric", parameters=""), ("dielectric", "clay", "line 10")),
+        ("broken-xml", scene_xml()[:-20], ("broken-xml.xml", "line")),
+        ("bad-reference", scene_xml(extra='<shape type="sphere"><ref id="nobody"/></shape>'), ("nobody",)),
+        ("point-light", scene_xml(extra='<emitter type="point"/>'), ("point", "line 12")),
+        ("not-xml", "hello", ("not-xml.xml",)),
+        ("no-environment", scene_xml(emitter=""), ("no-environment.xml",)),
+    ],
+)
 def test_bad_scene(evalsuite, folder, label, xml, names):
     (folder / f"{label}.xml").write_text(xml)
     outcome = evalsuite("run", "--scene", f"{label}.xml", "-t", "diffuse-sh9", "--out", f"o-{label}", cwd=folder)
@@ -93,44 +108,68 @@ def test_folder_without_write_permission(evalsuite, folder):
     check_one_line(evalsuite("run", "--scene", "plain.xml", "-t", "diffuse-sh9", "--out", blocked, cwd=folder), str(blocked))
     (folder / "a-file").write_text("")
     check_one_line(evalsuite("run", "--scene", "plain.xml", "-t", "diffuse-sh9", "--out", "a-file", cwd=folder), "a-file")
-    check_one_line(evalsuite("run", "--scene", "plain.xml", "-t", "diffuse-sh9", "--out", "ok", cwd=folder,
-                             EVALSUITE_CACHE=str(folder / "a-file")), "a-file")
+    check_one_line(
+        evalsuite(
+            "run", "--scene", "plain.xml", "-t", "diffuse-sh9", "--out", "ok", cwd=folder, EVALSUITE_CACHE=str(folder / "a-file")
+        ),
+        "a-file",
+    )
     check_one_line(evalsuite("render", "plain.xml", "-t", "diffuse-sh9", "-o", "nowhere/a.exr", cwd=folder), "nowhere")
 
 
-@pytest.mark.parametrize(("words", "names"), [
-    (("run", "accurcy"), ("accurcy", "accuracy")),
-    (("run", "-t", "glossy-mcgire"), ("glossy-mcgire", "glossy-mcguire")),
-    (("run", "--scene", "tours"), ("tours", "torus")),
-    (("run", "--env", "ofice"), ("ofice", "office")),
-    (("run", "--target", "paths"), ("paths",)),
-    (("run", "-p", "exponent"), ("exponent",)),
-    (("run", "-p", "exponnent=3"), ("exponnent", "exponent")),
-    (("run", "-t", "glossy-mcguire", "-p", "exponent=shiny"), ("exponent", "shiny")),
-    (("run", "--size", "big"), ("--size",)),
-    (("run", "--target-error", "0"), ("--target-error",)),
-    (("run", "--quality", "best"), ("best",)),
-    (("run", "--frobnicate"), ("--frobnicate",)),
-    (("compare", "nan.exr", "good.exr"), ("nan.exr",)),
-    (("compare", "truncated.exr", "good.exr"), ("truncated.exr",)),
-    (("env", "info", "junk.exr"), ("junk.exr",)),
-])
+@pytest.mark.parametrize(
+    ("words", "names"),
+    [
+        (("run", "accurcy"), ("accurcy", "accuracy")),
+        (("run", "-t", "glossy-mcgire"), ("glossy-mcgire", "glossy-mcguire")),
+        (("run", "--scene", "tours"), ("tours", "torus")),
+        (("run", "--env", "ofice"), ("ofice", "office")),
+        (("run", "--target", "paths"), ("paths",)),
+        (("run", "-p", "exponent"), ("exponent",)),
+        (("run", "-p", "exponnent=3"), ("exponnent", "exponent")),
+        (("run", "-t", "glossy-mcguire", "-p", "exponent=shiny"), ("exponent", "shiny")),
+        (("run", "--size", "big"), ("--size",)),
+        (("run", "--target-error", "0"), ("--target-error",)),
+        (("run", "--quality", "best"), ("best",)),
+        (("run", "--frobnicate"), ("--frobnicate",)),
+        (("compare", "nan.exr", "good.exr"), ("nan.exr",)),
+        (("compare", "truncated.exr", "good.exr"), ("truncated.exr",)),
+        (("env", "info", "junk.exr"), ("junk.exr",)),
+    ],
+)
 def test_bad_words(evalsuite, folder, words, names):
     check_one_line(evalsuite(*words, cwd=folder), *names)
 
 
-@pytest.mark.parametrize(("name", "array", "warning"), [
-    ("one-texel", np.full((1, 1, 3), 0.7, np.float32), None),
-    ("two-rows", NOISE[:2, :1], None),
-    ("zero", np.zeros((8, 16, 3), np.float32), None),
-    ("negative", _map(lambda a: a.__setitem__((2, slice(0, 5), 0), -0.25)), "-0.25"),
-    ("repaired", _map(lambda a: a.__setitem__((3, 4, 1), np.nan)), "NaN"),
-])
+@pytest.mark.parametrize(
+    ("name", "array", "warning"),
+    [
+        ("one-texel", np.full((1, 1, 3), 0.7, np.float32), None),
+        ("two-rows", NOISE[:2, :1], None),
+        ("zero", np.zeros((8, 16, 3), np.float32), None),
+        ("negative", _map(lambda a: a.__setitem__((2, slice(0, 5), 0), -0.25)), "-0.25"),
+        ("repaired", _map(lambda a: a.__setitem__((3, 4, 1), np.nan)), "NaN"),
+    ],
+)
 def test_odd_maps_are_fine(evalsuite, folder, name, array, warning):
     exr.write(folder / f"odd-{name}.exr", array)
     (folder / "plain.xml").write_text(scene_xml())
-    outcome = evalsuite("run", "--scene", "plain.xml", "-t", "diffuse-sh9", "--env", f"odd-{name}.exr", "--out", f"o-{name}", "--json",
-                        "--target", "unoccluded", *(("--repair-env",) if name == "repaired" else ()), cwd=folder)
+    outcome = evalsuite(
+        "run",
+        "--scene",
+        "plain.xml",
+        "-t",
+        "diffuse-sh9",
+        "--env",
+        f"odd-{name}.exr",
+        "--out",
+        f"o-{name}",
+        "--json",
+        "--target",
+        "unoccluded",
+        *(("--repair-env",) if name == "repaired" else ()),
+        cwd=folder,
+    )
     assert outcome.code == 0, outcome.err
     (cell,) = json.loads(outcome.out)["cells"]
     assert cell["status"] == "scored", cell["message"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from conftest import scene_xml
+from small_scene import scene_xml
 
 from evalsuite.execute.local import Lane, Workers
 from evalsuite.pipeline import Run, Settings, run_cells

@@ -9,7 +9,7 @@ import time
 import jsonschema
 import numpy as np
 import pytest
-from conftest import scene_xml
+from small_scene import scene_xml
 
 from evalsuite.image import exr
 from evalsuite.store.results import SCHEMA
@@ -22,17 +22,37 @@ RESULTS = {
     "properties": {
         "schema": {"const": SCHEMA},
         "host": {"required": ["gl_renderer", "mitsuba", "variant", "drjit", "llvm", "cpu", "versions", "git"]},
-        "cells": {"minItems": 1, "items": {
-            "required": ["id", "scene", "technique", "parameters", "target", "certificate", "metrics", "regions", "ledger", "cost",
-                         "images"],
-            "properties": {
-                "metrics": {"additionalProperties": {
-                    "required": ["value", "ci95"],
-                    "properties": {"ci95": {"type": "array", "minItems": 2, "maxItems": 2}}}},
-                "certificate": {"required": ["passed", "coverage_iou", "normal_deg_p99", "depth_rel_p99", "background_rel_p99"]},
-                "cost": {"required": ["gpu_ms", "reference_s", "reference_spp", "cached"]},
-                "images": {"required": ["image", "reference", "standard_error", "error", "mask"]},
-            }}},
+        "cells": {
+            "minItems": 1,
+            "items": {
+                "required": [
+                    "id",
+                    "scene",
+                    "technique",
+                    "parameters",
+                    "target",
+                    "certificate",
+                    "metrics",
+                    "regions",
+                    "ledger",
+                    "cost",
+                    "images",
+                ],
+                "properties": {
+                    "metrics": {
+                        "additionalProperties": {
+                            "required": ["value", "ci95"],
+                            "properties": {"ci95": {"type": "array", "minItems": 2, "maxItems": 2}},
+                        }
+                    },
+                    "certificate": {
+                        "required": ["passed", "coverage_iou", "normal_deg_p99", "depth_rel_p99", "background_rel_p99"]
+                    },
+                    "cost": {"required": ["gpu_ms", "reference_s", "reference_spp", "cached"]},
+                    "images": {"required": ["image", "reference", "standard_error", "error", "mask"]},
+                },
+            },
+        },
     },
 }
 
@@ -46,8 +66,21 @@ def first(evalsuite, tmp_path_factory):
     exr.write(folder / "maps" / "lobby é.exr", rng.uniform(0.2, 2.0, (16, 32, 3)).astype(np.float32))
     emitter = '<emitter type="envmap"><string name="filename" value="maps/lobby é.exr"/></emitter>'
     (folder / "my scene.xml").write_text(scene_xml(emitter), encoding="utf-8")
-    words = ("run", "--scene", folder / "my scene.xml", "-t", "diffuse-*", "--target", "unoccluded", "--target", "direct",
-             "--target-error", "0.02", "--out", folder / "out put")
+    words = (
+        "run",
+        "--scene",
+        folder / "my scene.xml",
+        "-t",
+        "diffuse-*",
+        "--target",
+        "unoccluded",
+        "--target",
+        "direct",
+        "--target-error",
+        "0.02",
+        "--out",
+        folder / "out put",
+    )
     outcome = evalsuite(*words, cwd=folder.parent)
     return folder, words, outcome
 
@@ -59,7 +92,8 @@ def test_a_users_own_scene_ends_with_a_page(first):
     results = json.loads((folder / "out put" / "results.json").read_text(encoding="utf-8"))
     jsonschema.validate(results, RESULTS)
     assert [(c["technique"], c["target"], c["status"]) for c in results["cells"]] == [
-        (t, target, "scored") for t in ("diffuse-sh9", "diffuse-topmip") for target in ("unoccluded", "direct")]
+        (t, target, "scored") for t in ("diffuse-sh9", "diffuse-topmip") for target in ("unoccluded", "direct")
+    ]
     for cell in results["cells"]:
         assert cell["id"] == f"my scene/{cell['technique']}/default/{cell['target']}"
         assert set(METRICS) | {f"{m}_full" for m in METRICS} <= set(cell["metrics"])
@@ -96,8 +130,21 @@ def test_unchanged_second_run_is_quick_and_the_same(evalsuite, first):
 def test_relative_path_and_moved_folder_find_the_same_pictures(evalsuite, first, tmp_path):
     folder, _, _ = first
     shutil.copytree(folder, tmp_path / "elsewhere")
-    outcome = evalsuite("run", "--scene", "elsewhere/my scene.xml", "-t", "diffuse-sh9", "--target", "direct", "--out", "o", "--json",
-                        "--target-error", "0.02", cwd=tmp_path)
+    outcome = evalsuite(
+        "run",
+        "--scene",
+        "elsewhere/my scene.xml",
+        "-t",
+        "diffuse-sh9",
+        "--target",
+        "direct",
+        "--out",
+        "o",
+        "--json",
+        "--target-error",
+        "0.02",
+        cwd=tmp_path,
+    )
     assert outcome.code == 0, outcome.err
     (cell,) = json.loads(outcome.out)["cells"]
     assert cell["status"] == "scored" and cell["cost"]["cached"] is True
@@ -119,8 +166,21 @@ def test_fresh_store_gives_bit_identical_results(evalsuite, first, tmp_path):
 def test_parameter_binds_the_material_in_both_renderers(evalsuite, tmp_path):
     """-p exponent=… on a scene without a `subject`: every material the technique stands for, in both renderers alike."""
     (tmp_path / "s.xml").write_text(scene_xml(plugin="roughconductor", parameters='<float name="alpha" value="0.3"/>'))
-    outcome = evalsuite("run", "--scene", "s.xml", "-t", "glossy-mcguire", "-p", "exponent=20,200", "--target", "unoccluded",
-                        "--out", "o", "--json", cwd=tmp_path)
+    outcome = evalsuite(
+        "run",
+        "--scene",
+        "s.xml",
+        "-t",
+        "glossy-mcguire",
+        "-p",
+        "exponent=20,200",
+        "--target",
+        "unoccluded",
+        "--out",
+        "o",
+        "--json",
+        cwd=tmp_path,
+    )
     assert outcome.code == 0, outcome.err
     cells = json.loads(outcome.out)["cells"]
     assert [c["parameters"]["exponent"] for c in cells] == [20, 200]
@@ -128,14 +188,29 @@ def test_parameter_binds_the_material_in_both_renderers(evalsuite, tmp_path):
     # In a furnace the technique returns k_G·L = 1 whatever the exponent; the published BRDF's albedo depends on it.
     assert all(abs(c["mean_image"] - 1) < 1e-4 for c in cells)
     assert abs(cells[0]["mean_reference"] - cells[1]["mean_reference"]) > 0.02
-    plain = evalsuite("run", "--scene", "s.xml", "-t", "glossy-mcguire", "--target", "unoccluded", "--out", "p", "--json", cwd=tmp_path)
+    plain = evalsuite(
+        "run", "--scene", "s.xml", "-t", "glossy-mcguire", "--target", "unoccluded", "--out", "p", "--json", cwd=tmp_path
+    )
     assert json.loads(plain.out)["cells"][0]["mapping"][0]["plugin"] == "roughconductor"
 
 
 def test_technique_that_cannot_stand_for_a_material_says_so(evalsuite, tmp_path):
     (tmp_path / "s.xml").write_text(scene_xml())
-    outcome = evalsuite("run", "--scene", "s.xml", "-t", "diffuse-sh9", "-t", "mirror-cube", "--target", "unoccluded", "--out", "o",
-                        "--json", cwd=tmp_path)
+    outcome = evalsuite(
+        "run",
+        "--scene",
+        "s.xml",
+        "-t",
+        "diffuse-sh9",
+        "-t",
+        "mirror-cube",
+        "--target",
+        "unoccluded",
+        "--out",
+        "o",
+        "--json",
+        cwd=tmp_path,
+    )
     assert outcome.code == 0, outcome.err
     status = {c["technique"]: (c["status"], c["message"]) for c in json.loads(outcome.out)["cells"]}
     assert status["diffuse-sh9"][0] == "scored"
