@@ -136,10 +136,20 @@ def _bring_up() -> Any:
     mi.set_variant(VARIANT)
     mi.logger().clear_appenders()  # whatever matters is raised, not printed
     mi.set_log_level(mi.LogLevel.Error)
-    from .bsdfs import register
+    from . import bsdfs, integrators
 
-    register()
+    bsdfs.register()
+    integrators.register()
     return mi
+
+
+def facts() -> dict[str, Any]:
+    """{mitsuba, variant, drjit, llvm, cpu} of the activated reference side. Raises MachineLacks."""
+    activate()
+    import drjit as dr
+
+    llvm = ".".join(str(n) for n in dr.detail.llvm_version())
+    return {"mitsuba": _version("mitsuba"), "variant": VARIANT, "drjit": _version("drjit"), "llvm": llvm, "cpu": cpu_model()}
 
 
 def probe() -> dict[str, Any]:

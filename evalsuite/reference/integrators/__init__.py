@@ -1,0 +1,60 @@
+"""What Mitsuba renders: the targets, in order of truth, and our integrator plugins.
+
+Every target returns radiance and its square for each sample, so that one rendering gives mean and standard error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache, lru_cache
+from typing import Any
+
+from evalsuite.errors import EvalsuiteError
+
+
+@dataclass(frozen=True)
+class Target:
+    """One definition of the truth. description: one line for lists and pages. plugin: Mitsuba integrator dictionary."""
+
+    id: str
+    description: str
+    plugin: Mapping[str, object] = field(default_factory=dict)
+
+
+TARGETS: dict[str, Target] = {
+    target.id: target
+    for target in (
+        Target("unoccluded", "environment × BRDF above the horizon, no visibility, one bounce", {"type": "unoccluded"}),
+        Target("direct", "environment × BRDF with visibility, one bounce", {"type": "direct"}),
+        # No depth limit: Russian roulette ends paths without bias, a limit would lose energy in cavities.
+        Target("path", "full light transport with interreflection", {"type": "path", "max_depth": -1}),
+    )
+}
+
+_registered: set[str] = set()
+
+
+def register() -> None:
+    """Register `unoccluded` and `squares` with the active Mitsuba variant; does nothing the second time."""
+    import mitsuba as mi
+
+    from .squares import define_squares
+    from .unoccluded import define_unoccluded
+
+    variant = mi.variant()
+    if variant in _registered:
+        return
+    mi.register_integrator("unoccluded", define_unoccluded())
+    mi.register_integrator("squares", define_squares())
+    _registered.add(variant)
+
+
+@cache
+def integrator(target: str) -> Any:
+    """Mitsuba integrator of a target whose AOVs are the squares of its samples. Raises EvalsuiteError for unknown names."""
+    import mitsuba as mi
+
+    if target not in TARGETS:
+        raise EvalsuiteError("target", f"'{target}'", f"one of {', '.join(TARGETS)}")
+    return mi.load_dict({"type": "squares", "inner": dict(TARGETS[target].plugin)})

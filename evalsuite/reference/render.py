@@ -1,0 +1,225 @@
+"""Ground truth in passes: mean, per-pixel standard error, two independent halves, reproducible to the bit.
+
+Pass k always renders the same power-of-two number of samples with a seed made of (seed, k), and its sums are added in
+float64 in order. So a stopped run continues to the same bits, and a longer run contains the shorter one.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import time
+from collections import OrderedDict
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evalsuite.errors import EvalsuiteError
+from evalsuite.reference.integrators import integrator
+from evalsuite.reference.variants import activate
+from evalsuite.scene.load import LoadedScene, load
+from evalsuite.scene.model import SceneSource
+from evalsuite.store.cache import write_atomic
+
+SAMPLES_PER_PASS = 2**22  # over the whole film: long enough to hide the start of a kernel, short enough to stop soon
+MIN_SPP = 64  # before that many samples a pixel, a standard error says little
+
+
+@dataclass(frozen=True)
+class Quality:
+    """target_error: relative standard error to reach inside the mask. cap_spp: samples per pixel at which to stop anyway."""
+
+    target_error: float
+    cap_spp: int
+
+
+QUALITY: dict[str, Quality] = {
+    "draft": Quality(0.02, 4096),
+    "standard": Quality(0.005, 32768),
+    "publication": Quality(0.001, 524288),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class RenderState:
+    """Everything that a reference has gathered so far; picklable.
+
+    even, odd: (H, W, 3) float64 sums of radiance over the samples of even and odd passes: two independent halves.
+    squares: (H, W, 3) float64 sum of squared sample radiance over all passes. pass_spp: samples per pixel of one pass.
+    passes: how many. seed: the run's. seconds: time spent rendering (not part of the result).
+    """
+
+    even: NDArray[np.float64]
+    odd: NDArray[np.float64]
+    squares: NDArray[np.float64]
+    pass_spp: int
+    passes: int
+    seed: int
+    seconds: float = 0.0
+
+    @property
+    def spp(self) -> int:
+        """Samples per pixel so far."""
+        return self.passes * self.pass_spp
+
+    @property
+    def mean(self) -> NDArray[np.float32]:
+        """Radiance, (H, W, 3)."""
+        return ((self.even + self.odd) / self.spp).astype(np.float32)
+
+    @property
+    def standard_error(self) -> NDArray[np.float32]:
+        """Of `mean`, (H, W, 3): √(unbiased sample variance / n). Floored where float32 squares no longer resolve the
+        variance, at relative 2⁻²³ of the second moment."""
+        n = self.spp
+        second = self.squares / n
+        variance = (second - ((self.even + self.odd) / n) ** 2) * (n / (n - 1.0))
+        return np.sqrt(np.maximum(variance, 2.0**-23 * second) / n).astype(np.float32)
+
+    @property
+    def halves(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Means of the even and of the odd passes, independent of each other; needs two passes."""
+        odd_passes = self.passes // 2
+        if odd_passes == 0:
+            raise EvalsuiteError("reference", "one pass", "at least two, one for each half")
+        even_spp, odd_spp = (self.passes - odd_passes) * self.pass_spp, odd_passes * self.pass_spp
+        return (self.even / even_spp).astype(np.float32), (self.odd / odd_spp).astype(np.float32)
+
+
+_STATE = ("even", "odd", "squares", "pass_spp", "passes", "seconds")
+
+
+def save_state(state: RenderState, path: Path) -> None:
+    """Write a state to a .npz file, atomically. Raises EvalsuiteError when the folder cannot be written."""
+    data = io.BytesIO()
+    np.savez(data, **{name: getattr(state, name) for name in _STATE}, seed=np.uint64(state.seed))
+    write_atomic(path, data.getvalue())
+
+
+def load_state(path: Path, seed: int) -> RenderState | None:
+    """A state from its file; None when there is none, or what is there is damaged or of another seed."""
+    try:
+        with np.load(path) as data:
+            values = {name: data[name] for name in _STATE}
+            if int(data["seed"]) != seed:
+                return None
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+        return None
+    return RenderState(
+        values["even"],
+        values["odd"],
+        values["squares"],
+        int(values["pass_spp"]),
+        int(values["passes"]),
+        seed,
+        float(values["seconds"]),
+    )
+
+
+def pass_samples(width: int, height: int) -> int:
+    """Samples per pixel of one pass: a power of two from 4 to 1024, so that sums are bit-identical on any thread count."""
+    return 2 ** min(max(int(math.log2(SAMPLES_PER_PASS / (width * height))), 2), 10)
+
+
+def advance(source: SceneSource, target: str, state: RenderState | None, passes: int, seed: int = 0) -> RenderState:
+    """The state after `passes` more passes of `target`.
+
+    state: None to start. seed: of the run; a state keeps its own. Raises EvalsuiteError for a scene that cannot be loaded,
+    an unknown target, or samples that are NaN or Inf (never swept away).
+    """
+    loaded = load_cached(source)
+    chosen = integrator(target)
+    width, height = loaded.scene.camera.size
+    if state is None:
+        zeros = np.zeros((height, width, 3))
+        state = RenderState(zeros, zeros, zeros, pass_samples(width, height), 0, seed)
+    if state.even.shape != (height, width, 3):
+        raise EvalsuiteError("reference", f"a state of {state.even.shape[1]}×{state.even.shape[0]}", f"{width}×{height}")
+    even, odd, squares = state.even.copy(), state.odd.copy(), state.squares.copy()
+    started = time.perf_counter()
+    for number in range(state.passes, state.passes + passes):
+        image = chosen.render(loaded.mitsuba, 0, seed=pass_seed(state.seed, number), spp=state.pass_spp)
+        sums = np.array(image, dtype=np.float64) * state.pass_spp
+        _require_finite(sums, source, target, number)
+        (odd if number % 2 else even)[...] += sums[..., :3]
+        squares += sums[..., 3:6]
+    seconds = state.seconds + time.perf_counter() - started
+    return replace(state, even=even, odd=odd, squares=squares, passes=state.passes + passes, seconds=seconds)
+
+
+def pass_seed(seed: int, number: int) -> int:
+    """32-bit seed of a pass, mixed so that neither neighbouring runs nor neighbouring passes share streams."""
+    return int(np.random.SeedSequence([seed, number]).generate_state(1)[0])
+
+
+def relative_error(state: RenderState, mask: NDArray | None = None) -> float:
+    """√(mean SE²) / mean L over mask's pixels (all where None) and channels: root-mean-square standard error of a pixel,
+    relative to the mean radiance. 0 for a black picture or an empty mask."""
+    error, mean = state.standard_error.astype(np.float64), state.mean.astype(np.float64)
+    if mask is not None:
+        inside = np.asarray(mask) > 0
+        error, mean = error[inside], mean[inside]
+    if mean.size == 0 or mean.mean() == 0.0:
+        return 0.0
+    return float(np.sqrt(np.mean(error**2)) / abs(mean.mean()))
+
+
+def plan(state: RenderState, target_error: float, cap_spp: int, mask: NDArray | None = None) -> int:
+    """How many passes to render next: 0 when the relative error or the cap is reached; never more than doubles the passes,
+    since the first estimates are rough; always even, to keep the halves balanced. Deterministic."""
+    cap = max(cap_spp // state.pass_spp, 2)
+    if state.passes >= cap:
+        return 0
+    wanted = max(2, math.ceil(MIN_SPP / state.pass_spp))
+    error = relative_error(state, mask) if state.passes else math.inf
+    if state.passes >= wanted:
+        if error <= target_error:
+            return 0
+        wanted = min(math.ceil(state.passes * (error / target_error) ** 2), 2 * state.passes)
+    more = max(wanted - state.passes, 2)
+    return max(min(more + more % 2, cap - state.passes), 1)
+
+
+def _require_finite(sums: NDArray[np.float64], source: SceneSource, target: str, number: int) -> None:
+    bad = ~np.isfinite(sums[..., :3]).all(axis=2)
+    if bad.any():
+        row, column = (int(i) for i in np.argwhere(bad)[0])
+        raise EvalsuiteError(
+            source.path,
+            f"NaN or Inf in {int(bad.sum())} pixels of `{target}`, pass {number}, the first in row {row}, column {column}",
+            "finite radiance",
+            "look for NaN in textures or extreme BSDF values",
+        )
+
+
+_KEEP = 4
+_loaded: OrderedDict[str, LoadedScene] = OrderedDict()
+
+
+def load_cached(source: SceneSource) -> LoadedScene:
+    """The loaded scene, from this process's last few when neither the file nor anything else has changed."""
+    activate()
+    key = _key(source)
+    if key not in _loaded:
+        _loaded[key] = load(source)
+        while len(_loaded) > _KEEP:
+            _loaded.popitem(last=False)
+    _loaded.move_to_end(key)
+    return _loaded[key]
+
+
+def _key(source: SceneSource) -> str:
+    def stamp(path: Any) -> Any:
+        try:
+            return [str(path.absolute()), path.stat().st_mtime_ns]
+        except (OSError, AttributeError):
+            return str(path)
+
+    bindings = {name: dict(plugin) for name, plugin in source.bindings.items()}
+    facts = [stamp(source.path), stamp(source.environment), source.size, bindings, source.repair_environment]
+    return json.dumps(facts, sort_keys=True, default=str)

@@ -1,0 +1,230 @@
+"""Mitsuba's XML parser, with our bindings and paths worked in and every failure turned into one line with its place.
+
+The parser's state is a list of nodes; `instantiate` uses a state up, so each object that is made on its own gets a state of
+its own (parsing costs milliseconds).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from evalsuite.errors import EvalsuiteError
+from evalsuite.scene.model import SceneSource
+
+_PLACE = re.compile(r"(?:At|While loading|Error while loading) (?P<place>[^\n]+? \(line \d+, col \d+\)): ?(?P<what>.*)", re.S)
+_XML_FILE = re.compile(r'(?:Parsing of XML file|Error while loading XML file) "(?P<place>.+?)"(?: failed)?: (?P<what>.*)', re.S)
+
+
+class ParsedScene:
+    """One parse of `source.path`: references resolved, ids given to unnamed nodes, files absolute, bindings applied."""
+
+    def __init__(self, source: SceneSource) -> None:
+        import mitsuba as mi
+
+        self.mi, self.source, self.path = mi, source, source.path.absolute()
+        if not self.path.is_file():
+            found = "a folder" if self.path.is_dir() else "no such file"
+            raise EvalsuiteError(source.path, found, "a Mitsuba scene (.xml)", "check the path")
+        self.config = mi.parser.ParserConfig(mi.variant())
+        # Shapes and BSDFs stay apart, so that each keeps its id, its line and its own material.
+        self.config.merge_meshes = self.config.merge_equivalent = False
+        with self._mitsuba_errors():
+            self.state = mi.parser.parse_file(self.config, str(self.path))
+            mi.parser.transform_all(self.config, self.state)
+        self.nodes = self.state.nodes
+        if self.nodes[0].props.plugin_name() != "scene":
+            raise EvalsuiteError(self.path, f"<{self.nodes[0].props.plugin_name()}>", "<scene> at the root")
+        self.ids = self._name_nodes()
+        self._links = [self._links_of(node.props) for node in self.nodes]
+        self._bind(source.bindings)
+        # Taken down now: `instantiate` turns the nodes' links into objects.
+        self._plugins = [node.props.plugin_name() for node in self.nodes]
+        self._properties = [self._plain_properties(node.props) for node in self.nodes]
+        self._locations = [mi.parser.file_location(self.state, node) for node in self.nodes]
+
+    def kind(self, index: int) -> str:
+        """'Shape', 'BSDF', 'Emitter', …"""
+        return str(self.nodes[index].type).rpartition(".")[2]
+
+    def plugin(self, index: int) -> str:
+        return self._plugins[index]
+
+    def location(self, index: int) -> str:
+        """ "file.xml (line 4, col 4)"."""
+        return self._locations[index]
+
+    def properties(self, index: int) -> dict[str, Any]:
+        """Plain properties, without child objects."""
+        return self._properties[index]
+
+    def children(self, index: int, kind: str | None = None) -> list[int]:
+        """Indices of child objects, in the order of the file."""
+        return [i for i in self._links[index].values() if kind is None or self.kind(i) == kind]
+
+    def remove_child(self, parent: int, child: int) -> None:
+        for key in [k for k, i in self._links[parent].items() if i == child]:
+            del self.nodes[parent].props[key]
+            del self._links[parent][key]
+
+    def instantiate(self, index: int = 0) -> Any:
+        """The object of a node; uses this parse up. Raises EvalsuiteError with file and line."""
+        if index:
+            self.nodes[0] = self.nodes[index]
+        self._resolve_files()
+        with self._mitsuba_errors():
+            return self.mi.parser.instantiate(self.config, self.state)
+
+    def _links_of(self, props: Any) -> dict[str, int]:
+        """Property name → index of the child node."""
+        link = self.mi.Properties.ResolvedReference
+        return {k: props[k].index() for k in props.keys() if isinstance(props[k], link)}
+
+    def _plain_properties(self, props: Any) -> dict[str, Any]:
+        link = self.mi.Properties.ResolvedReference
+        return {k: props[k] for k in props.keys() if not isinstance(props[k], link)}
+
+    def _name_nodes(self) -> dict[str, int]:
+        """id → index; nodes without one are called <plugin>-<n>."""
+        ids = {node.props.id(): i for i, node in enumerate(self.nodes) if node.props.id()}
+        counts: dict[str, int] = {}
+        for i, node in enumerate(self.nodes):
+            if node.props.id():
+                continue
+            plugin = node.props.plugin_name()
+            while True:
+                counts[plugin] = counts.get(plugin, 0) + 1
+                name = f"{plugin}-{counts[plugin]}"
+                if name not in ids:
+                    break
+            node.props.set_id(name)
+            ids[name] = i
+        return ids
+
+    def _bind(self, bindings: Mapping[str, Mapping[str, object]]) -> None:
+        """Put the bound plugins in place of BSDFs; of a `twosided`, in place of what it wraps."""
+        for name, plugin in bindings.items():
+            index = self.ids.get(name)
+            if index is None or self.kind(index) != "BSDF":
+                known = sorted(i for i, n in self.ids.items() if self.kind(n) == "BSDF")
+                raise EvalsuiteError(
+                    self.path, f"a binding of '{name}'", f"the id of a BSDF: {', '.join(known) or 'it has none'}"
+                )
+            if not isinstance(plugin.get("type"), str):
+                raise EvalsuiteError(f"binding '{name}'", f"{dict(plugin)}", "a plugin dictionary with a 'type'")
+            if self.nodes[index].props.plugin_name() == "twosided" and plugin["type"] != "twosided":
+                inner = self.children(index, "BSDF")
+                for other in inner[1:]:
+                    self.remove_child(index, other)
+                index = inner[0]
+            props = self.nodes[index].props
+            for key in list(props.keys()):
+                del props[key]
+            self._links[index] = {}
+            props.set_plugin_name(plugin["type"])
+            for key, value in plugin.items():
+                if key != "type":
+                    props[key] = self._plain(name, key, value)
+
+    def _plain(self, name: str, key: str, value: object) -> object:
+        if isinstance(value, bool | str):
+            return value
+        try:
+            if isinstance(value, tuple | list) or getattr(value, "ndim", 0) == 1:
+                red, green, blue = (float(c) for c in value)  # type: ignore[union-attr]
+                return self.mi.ScalarColor3d(red, green, blue)
+            return float(value)  # type: ignore[arg-type]
+        except (TypeError, ValueError) as error:
+            raise EvalsuiteError(f"binding '{name}'", f"{key} = {value!r}", "a number, three numbers or a string") from error
+
+    def _resolve_files(self) -> None:
+        """Make the files of all nodes still in use absolute, relative ones against the XML's folder first."""
+        pending, seen = [0], set()
+        while pending:
+            index = pending.pop()
+            if index in seen:
+                continue
+            seen.add(index)
+            pending += self.children(index)
+            if isinstance(self.properties(index).get("filename"), str):
+                self.nodes[index].props["filename"] = str(self.file(index))
+
+    def file(self, index: int) -> Path:
+        """Absolute path of a node's `filename`. Raises EvalsuiteError when there is no such file."""
+        name = str(self.nodes[index].props["filename"])
+        path = self.path.parent / name  # an absolute name stays as it is
+        if not path.exists():
+            with self._scene_folder():
+                path = Path(str(self.mi.file_resolver().resolve(name)))  # Mitsuba's own data
+        if not path.exists():
+            raise EvalsuiteError(
+                self.location(index),
+                f"no file '{name}'",
+                f"a file, absolute or relative to {self.path.parent}",
+                f"check the path of this {self.plugin(index)}",
+            )
+        return path.absolute()
+
+    @contextmanager
+    def _scene_folder(self) -> Iterator[None]:
+        """Mitsuba looks for included and data files beside the XML first."""
+        resolver = self.mi.file_resolver()
+        before = [resolver[i] for i in range(len(resolver))]
+        resolver.prepend(str(self.path.parent))
+        try:
+            yield
+        finally:
+            resolver.clear()
+            for folder in before:
+                resolver.append(folder)
+
+    @contextmanager
+    def _mitsuba_errors(self) -> Iterator[None]:
+        try:
+            with self._scene_folder():
+                yield
+        except EvalsuiteError:
+            raise
+        except Exception as error:  # bindings raise RuntimeError mostly, TypeError and others from plugin constructors
+            raise translate_error(error, self.path) from error
+
+
+def translate_error(error: Exception, path: Path) -> EvalsuiteError:
+    """Mitsuba's exception as one line: the innermost place it names, what it found, what it wants."""
+    text = str(error)
+    place: object = path
+    if match := _XML_FILE.search(text):
+        place, text = match["place"], match["what"]
+    while match := _PLACE.search(text):
+        place, text = match["place"], match["what"]
+    if "Traceback (most recent call last)" in text:  # a Python plugin's constructor: only the last line says what happened
+        prefix, text = text.split("Traceback", 1)[0], [line for line in text.splitlines() if line.strip()][-1]
+        text = text.partition(": ")[2] or text
+        plugin = re.search(r'plugin of type "(\w+)"', prefix)
+        if match := re.match(r"(?P<plugin>\w+): got (?P<got>.*), expected (?P<expected>.*)", text):
+            return EvalsuiteError(place, f"{match['plugin']} with {match['got']}", match["expected"])
+        text = f"{plugin[1]}: {text}" if plugin else text
+    text = " ".join(re.sub(r"\[[\w.]+(:\d+)?\] ", "", text).split())
+    return _explain(place, text)
+
+
+def _explain(place: object, text: str) -> EvalsuiteError:
+    if m := re.search(r'instantiate (\w+) plugin of type "(.+?)": Plugin ".+?" not found', text):
+        return EvalsuiteError(place, f'unknown {m[1]} plugin "{m[2]}"', "a plugin of Mitsuba or evalsuite", "check its spelling")
+    if m := re.search(r'Found \d+ unreferenced propert\w+ in (\w+) plugin of type "(.+?)": (.*)', text):
+        return EvalsuiteError(
+            place,
+            f"unknown property of the {m[1]} '{m[2]}': {m[3].lstrip('- ')}",
+            "properties that this plugin has",
+            "check the spelling, or remove it",
+        )
+    if m := re.search(r'unresolved reference to "(.+?)"', text):
+        return EvalsuiteError(place, f'a reference to "{m[1]}"', "the id of an object in this file", "define it, or mend the id")
+    if m := re.search(r"undefined parameter: (\$\w+)", text):
+        return EvalsuiteError(place, f"the parameter {m[1]} without a value", "a value", 'add <default name="…" value="…"/>')
+    if "tags mismatch" in text or "No document element" in text or "Error parsing" in text:
+        return EvalsuiteError(place, f"broken XML: {text}", "a well-formed Mitsuba scene file")
+    return EvalsuiteError(place, text[:300] or "an unknown failure", "a scene that Mitsuba can load")
