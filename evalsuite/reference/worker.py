@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evalsuite.errors import EvalsuiteError
 from evalsuite.reference import render, variants
 from evalsuite.reference.gbuffer import trace_gbuffer
 from evalsuite.reference.render import RenderState
@@ -19,20 +18,6 @@ from evalsuite.scene.model import Environment, GBuffer, Scene, SceneSource
 def probe() -> dict[str, Any]:
     """What this machine offers the reference side; see `variants.probe`."""
     return variants.probe()
-
-
-def activate() -> dict[str, Any]:
-    """Bring Mitsuba up; its facts for provenance: mitsuba, drjit, variant, llvm, cpu. Raises MachineLacks."""
-    mi = variants.activate()
-    import drjit as dr
-
-    return {
-        "mitsuba": mi.__version__,
-        "drjit": dr.__version__,
-        "variant": mi.variant(),
-        "llvm": ".".join(str(number) for number in dr.detail.llvm_version()),
-        "cpu": variants.cpu_model(),
-    }
 
 
 def load_model(source: SceneSource) -> Scene:
@@ -92,68 +77,6 @@ def sample(source: SceneSource, plan: Mapping[str, Any], mask: NDArray[np.bool_]
         render.save_state(state, path)
         return step
     return step | {"mean": state.mean, "standard_error": state.standard_error, "halves": state.halves}
-
-
-CHUNK_SECONDS = 15.0  # a step of `sample` ends about then, so that progress shows and little is lost when killed
-
-
-def sample(
-    source: SceneSource, plan: Mapping[str, Any], mask: NDArray | None, partial: str, spp: int = 0
-) -> dict[str, float | int | bool]:
-    """One step of a reference whose state lives in the file `partial`: continues what is there, writes it atomically.
-
-    plan: target, target_error (relative, inside the mask), cap (samples per pixel), seed. spp: what the caller knows to be
-    done; informative only, the file decides. Returns spp, reached_error, seconds, capped (stopped by the cap above the
-    target error) and done.
-    """
-    file, target, seed = Path(partial), str(plan["target"]), int(plan.get("seed", 0))
-    target_error, cap = float(plan["target_error"]), int(plan["cap"])
-    state, goal = _read_state(file) or (render.advance(source, target, None, 0, seed), 0)
-    # The goal is planned from the state alone and kept until it is reached; the clock only decides how many steps that
-    # takes. So neither a slow machine nor a kill changes which samples the result is made of.
-    if state.passes >= goal:
-        goal = state.passes + render.plan(state, target_error, cap, mask)
-    if state.passes < goal:
-        pace = state.seconds / state.passes if state.passes else CHUNK_SECONDS
-        passes = min(goal - state.passes, max(int(CHUNK_SECONDS / max(pace, 1e-6)), 1))
-        state = render.advance(source, target, state, passes)
-        _write_state(file, state, goal)
-    error = render.relative_error(state, mask)
-    done = state.passes >= goal and render.plan(state, target_error, cap, mask) == 0
-    return {
-        "spp": state.spp,
-        "reached_error": error,
-        "seconds": state.seconds,
-        "capped": done and error > target_error,
-        "done": done,
-    }
-
-
-def finish(partial: str) -> dict[str, Any]:
-    """mean, standard_error (H, W, 3) float32 and halves (a pair of them) of the reference in the file `partial`."""
-    found = _read_state(Path(partial))
-    if found is None:
-        raise EvalsuiteError(partial, "no readable state", "the state of a reference", "render it again")
-    state = found[0]
-    return {"mean": state.mean, "standard_error": state.standard_error, "halves": state.halves}
-
-
-def _read_state(file: Path) -> tuple[RenderState, int] | None:
-    """State and goal [passes] from a file; None when there is none or it is not one of ours."""
-    try:
-        with np.load(file, allow_pickle=False) as data:
-            counts = [int(data[name]) for name in ("pass_spp", "passes", "seed")]
-            return RenderState(data["even"], data["odd"], data["squares"], *counts, float(data["seconds"])), int(data["goal"])
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
-        return None
-
-
-def _write_state(file: Path, state: RenderState, goal: int) -> None:
-    file.parent.mkdir(parents=True, exist_ok=True)
-    temporary = file.with_name(file.name + ".writing")
-    with temporary.open("wb") as stream:
-        np.savez(stream, goal=goal, **{f.name: getattr(state, f.name) for f in dataclasses.fields(state)})
-    os.replace(temporary, file)
 
 
 def albedo(

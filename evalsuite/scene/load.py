@@ -22,6 +22,9 @@ from evalsuite.scene.shapes import MESHES, mitsuba_mesh, shape_triangles
 from evalsuite.scene.sky import bake_sky
 from evalsuite.scene.tessellate import CANONICAL
 
+#: The BSDF that reports bind and score.
+SUBJECT = "subject"
+
 ENVIRONMENTS = ("envmap", "constant", "sunsky")
 
 
@@ -97,7 +100,15 @@ def load(source: SceneSource) -> LoadedScene:
         parts["environment"] = environment_plugin(environment)
     built = mi.load_dict({"type": "scene", "sensor": sensor, **parts}, optimize=False)
     scene = Scene(
-        source.path.stem, source.path, camera, tuple(meshes), tuple(materials), environment, tuple(mitsuba_only), tuple(refused)
+        source.path.stem,
+        source.path,
+        camera,
+        tuple(meshes),
+        tuple(materials),
+        environment,
+        tuple(mitsuba_only),
+        tuple(refused),
+        subject=tuple(m.id for m in materials if m.id == SUBJECT),
     )
     return LoadedScene(scene, tuple(bsdfs), built, tuple(owners.get(s.id(), -1) for s in built.shapes()))
 
