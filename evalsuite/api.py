@@ -16,7 +16,8 @@ from evalsuite.compare import Comparison
 from evalsuite.compare import compare as compare_pictures
 from evalsuite.errors import EvalsuiteError
 from evalsuite.execute.local import Workers
-from evalsuite.gpu.techniques import TECHNIQUES, cannot_stand_for
+from evalsuite.gpu.plan import cannot_stand_for
+from evalsuite.gpu.techniques import TECHNIQUES
 from evalsuite.image import exr
 from evalsuite.pipeline import Progress, Run, Settings
 from evalsuite.plan import QUALITY, TARGETS, Cell, Value, unknown

@@ -337,7 +337,7 @@ def list_techniques(as_json: Json = False) -> None:
         out.print(f"[bold]{row['id']}[/bold]  {escape(row['title'])}", highlight=False)
         facts = {
             "paper": row["paper"],
-            "equation": row["equation"],
+            "equations": row["equations"],
             "target": row["target"],
             "stands for": ", ".join(row["stands_for"]),
             "parameters": "; ".join(f"{p['name']} = {p['default']} ({p['meaning']})" for p in row["parameters"]),

@@ -19,7 +19,9 @@ import numpy as np
 
 from evalsuite.errors import WorkerFailed
 from evalsuite.execute.local import Workers
-from evalsuite.gpu.techniques import TECHNIQUES, Technique, cannot_stand_for
+from evalsuite.gpu.plan import COMPANIONS, cannot_stand_for
+from evalsuite.gpu.techniques import TECHNIQUES
+from evalsuite.gpu.techniques.base import Technique
 from evalsuite.image import exr
 from evalsuite.plan import QUALITY, Cell
 from evalsuite.scene.dependencies import dependencies
@@ -108,9 +110,7 @@ class Run:
             "size": source.size,
             "bindings": source.bindings,
             "repair": source.repair_environment,
-            "code": source_digest(
-                "scene/load.py", "scene/environment.py", "scene/tessellate.py", "scene/model.py", "math/sphere.py"
-            ),
+            "code": source_digest("scene", "math/sphere.py"),
             "versions": package_versions("mitsuba", "drjit", "OpenEXR"),
         }
 
@@ -142,22 +142,8 @@ class Run:
     def certificate(self, source: SceneSource) -> tuple[Path, dict]:
         """Scene-equivalence certificate of a scene (materials' values do not matter for it), with Mitsuba's coverage."""
         source = replace(source, bindings={})
-        key = digest(
-            [
-                self.fingerprint(source),
-                self.host()["gl_renderer"],
-                self.settings.supersample,
-                source_digest(
-                    "gpu/context.py",
-                    "gpu/draw.py",
-                    "gpu/glsl",
-                    "gpu/environment.py",
-                    "gpu/worker.py",
-                    "reference/gbuffer.py",
-                    "compare/certificate.py",
-                ),
-            ]
-        )
+        code = source_digest("gpu/*.py", "gpu/glsl", "reference/gbuffer.py", "compare/certificate.py")
+        key = digest([self.fingerprint(source), self.host()["gl_renderer"], self.settings.supersample, code])
 
         def make() -> tuple[Path, dict]:
             scene = self.model(source)
@@ -179,43 +165,21 @@ class Run:
 
     def resolve(self, source: SceneSource, technique: Technique, parameters: Mapping) -> dict:
         """Parameters that follow from the picture itself (a LOD bias from an exponent, or the reverse), filled in."""
-        if not technique.resolves:
-            return dict(parameters)
         key = digest([self.fingerprint(source), technique.id, parameters, self._gpu_code(technique)])
-        _, meta, _ = self._once(
-            "resolved",
-            key,
-            lambda: self.store.put(
-                "resolved",
-                key,
-                {
-                    "parameters": self.workers.gpu.call(
-                        "evalsuite.gpu.worker:resolve", self.model(source), technique.id, dict(parameters)
-                    )
-                },
-            ),
-        )
-        return meta["parameters"]
+
+        def make() -> tuple[Path, dict]:
+            scene = self.model(source)
+            filled = self.workers.gpu.call("evalsuite.gpu.worker:resolve", scene, technique.id, dict(parameters))
+            return self.store.put("resolved", key, {"parameters": filled})
+
+        return self._once("resolved", key, make)[1]["parameters"]
 
     def _gpu_code(self, technique: Technique) -> list:
         """What decides a technique's pixels: its own two files, what all share, and who draws."""
-        stem = f"gpu/techniques/{technique.id.replace('-', '_')}"
-        companions = {c for c in ("diffuse_sh9", "glossy_mcguire", "mirror_cube")}
-        files = [stem, *(f"gpu/techniques/{c}" for c in sorted(companions))]
-        return [
-            self.host()["gl_renderer"],
-            package_versions("moderngl", "numpy"),
-            source_digest(
-                *(f + end for f in dict.fromkeys(files) for end in (".py", ".glsl")),
-                "gpu/techniques/base.py",
-                "gpu/context.py",
-                "gpu/draw.py",
-                "gpu/environment.py",
-                "gpu/glsl",
-                "gpu/worker.py",
-                "math",
-            ),
-        ]
+        stems = {technique.id, *COMPANIONS.values()}
+        own = [f"gpu/techniques/{stem.replace('-', '_')}.*" for stem in sorted(stems)]
+        shared = ("gpu/*.py", "gpu/glsl", "gpu/techniques/base.py", "gpu/techniques/common.py", "math", "scene/model.py")
+        return [self.host()["gl_renderer"], package_versions("moderngl", "numpy"), source_digest(*own, *shared)]
 
     def image(self, source: SceneSource, technique: Technique, parameters: Mapping) -> tuple[Path, dict, bool, str]:
         """GPU picture: image.exr, scored.exr and, for a sampled technique, standard_error.exr."""
@@ -267,23 +231,19 @@ class Run:
             self.model(source)  # a scene that does not load says so in its own words
             _, mask = self.object_mask(source)
             partial = self.store.partial(key)
-            partial.parent.mkdir(parents=True, exist_ok=True)
-            spp = 0
             while True:
-                step = self.workers.reference.call("evalsuite.reference.worker:sample", source, plan, mask, str(partial), spp)
-                spp = step["spp"]
+                step = self.workers.reference.call("evalsuite.reference.worker:sample", source, plan, mask, str(partial))
                 self.progress.step(
-                    f"reference {source.path.stem}, {target}: {spp} spp, {step['reached_error']:.2%} of "
+                    f"reference {source.path.stem}, {target}: {step['spp']} spp, {step['reached_error']:.2%} of "
                     f"{settings.target_error:.2%}"
                 )
                 if step["done"]:
                     break
-            result = self.workers.reference.call("evalsuite.reference.worker:finish", str(partial))
 
             def fill(folder: Path) -> None:
-                exr.write(folder / "reference.exr", result["mean"])
-                exr.write(folder / "standard_error.exr", result["standard_error"])
-                np.savez(folder / "halves.npz", a=result["halves"][0], b=result["halves"][1])
+                exr.write(folder / "reference.exr", step["mean"])
+                exr.write(folder / "standard_error.exr", step["standard_error"])
+                np.savez(folder / "halves.npz", a=step["halves"][0], b=step["halves"][1])
 
             entry = self.store.put("reference", key, {k: step[k] for k in ("spp", "reached_error", "seconds", "capped")}, fill)
             partial.unlink(missing_ok=True)
@@ -344,10 +304,10 @@ class Run:
     def bound_source(self, cell: Cell, technique: Technique, plain: SceneSource) -> tuple[SceneSource, dict]:
         """The scene with the cell's materials bound, and all of the technique's parameters."""
         outline = self.outline(plain)
-        parameters = technique.defaults() | dict(cell.parameters)
+        parameters = technique.defaults() | technique.parse(cell.parameters)
         source = replace(plain, bindings=self.bind(cell, technique, outline, parameters))
         if technique.resolves and not cannot_stand_for(technique, self.outline(source)):
-            parameters = self.resolve(source, technique, cell.parameters)
+            parameters = self.resolve(source, technique, technique.parse(cell.parameters))
             source = replace(plain, bindings=self.bind(cell, technique, outline, parameters))
         return source, parameters
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from evalsuite.scene.model import Camera, Environment, Material, Scene, TriangleMesh
 
-_NOTHING = np.zeros((0, 3), np.float32)
+#: One degenerate triangle: an outline's mesh is there, but has no shape.
+_POINT, _FACE = np.zeros((1, 3), np.float32), np.zeros((1, 3), np.uint32)
 
 
 def outline_to_json(scene: Scene) -> dict:
@@ -46,11 +47,12 @@ def outline_to_json(scene: Scene) -> dict:
         },
         "mitsuba_only": scene.mitsuba_only,
         "refused": scene.refused,
+        "subject": scene.subject,
     }
 
 
 def outline_from_json(data: dict) -> Scene:
-    """The scene again, with empty meshes and a one-texel black environment in place of the real ones."""
+    """The scene again, with degenerate meshes and a one-texel black environment in place of the real ones."""
     camera, environment = data["camera"], data["environment"]
     return Scene(
         name=data["name"],
@@ -65,7 +67,7 @@ def outline_from_json(data: dict) -> Scene:
             camera["far"],
         ),
         meshes=tuple(
-            TriangleMesh(mesh["name"], _NOTHING, _NOTHING, _NOTHING.astype(np.uint32), mesh["material"])
+            TriangleMesh(mesh["name"], _POINT, _POINT, _FACE, mesh["material"])
             for mesh in data["meshes"]
         ),
         materials=tuple(Material(**m) for m in data["materials"]),
@@ -74,4 +76,5 @@ def outline_from_json(data: dict) -> Scene:
         else Environment(np.zeros((1, 1, 3), np.float32), np.eye(3), environment["source"], tuple(environment["notes"])),
         mitsuba_only=tuple(data["mitsuba_only"]),
         refused=tuple(data["refused"]),
+        subject=tuple(data["subject"]),
     )

@@ -64,14 +64,17 @@ def file_digest(path: Path) -> str:
 
 @lru_cache(maxsize=64)
 def source_digest(*modules: str) -> str:
-    """Hash of the package's own source files: `source_digest("reference", "math/sphere.py")` takes folders and files.
-    A result made by other code is another result."""
+    """Hash of the package's own source files: `source_digest("reference", "gpu/*.py")` takes folders and patterns.
+    A result made by other code is another result. Raises ValueError for a pattern that names nothing."""
     root = Path(__file__).resolve().parent.parent
-    files: list[Path] = []
+    files: set[Path] = set()
     for module in modules:
-        place = root / module
-        files += sorted(p for p in place.rglob("*") if p.suffix in {".py", ".glsl"}) if place.is_dir() else [place]
-    return digest([[str(p.relative_to(root)), file_digest(p)] for p in files])
+        found = root.glob(f"{module}/**/*" if (root / module).is_dir() else module)
+        sources = {p for p in found if p.suffix in {".py", ".glsl"}}
+        if not sources:
+            raise ValueError(module)
+        files |= sources
+    return digest([[str(p.relative_to(root)), file_digest(p)] for p in sorted(files)])
 
 
 @lru_cache

@@ -55,10 +55,11 @@ class Prepared:
 
 @dataclass(frozen=True)
 class Frame:
-    """One pass of a picture: its number, how many there are, and the picture's seed."""
+    """One pass of a picture: its number, how many sub-samples and rounds of each there are, and the picture's seed."""
 
     index: int
-    count: int
+    subsamples: int
+    rounds: int
     seed: int
 
 
@@ -70,7 +71,9 @@ class Technique:
     also `vec3 shade_vertex(vec3 normal)`. target: what Mitsuba renders for it; target_bsdf: parameters → Mitsuba plugin
     dictionary of plain values that a report binds to the subject. prepare: environment → uniforms and textures.
     twin: (environment, normals, to_view, material parameters, settings) → (N, 3) float64 radiance, an independent NumPy
-    computation of what shade() returns. random: standard error comes with the picture.
+    computation of what shade() returns. resolves: fill() finds material parameters in the picture, so the target waits for it. random: standard error comes with the picture. rounds: how many passes each sub-sample
+    is averaged over; per_pass: uniforms of one pass. fill: (scene, settings, with the names "given") → values for parameters
+    that are still open. fit: an analysis of the picture for the page.
     """
 
     id: str
@@ -85,9 +88,11 @@ class Technique:
     prepare: Callable[[GpuEnvironment, Settings], Prepared]
     twin: Callable[[Environment, Float, Float, Settings, Settings], Float]
     target: str = "unoccluded"
+    resolves: bool = False
     vertex_stage: bool = False
     random: bool = False
     defines: Callable[[Settings], Mapping[str, object]] = lambda settings: {}
+    rounds: Callable[[Settings, int], int] = lambda settings, subsamples: 1
     per_pass: Callable[[Frame, Settings], Mapping[str, object]] | None = None
     fill: Callable[[Scene, Settings], Mapping[str, object]] = lambda scene, settings: {}
     fit: Callable[[Scene, GpuEnvironment, Settings], Mapping[str, float] | None] | None = None
@@ -97,6 +102,23 @@ class Technique:
         if material.plugin not in self.stands_for:
             return f"{self.id} stands for {', '.join(self.stands_for)}, not for {material.plugin}"
         return self.stands_for[material.plugin].reason_against(material)
+
+    def defaults(self) -> dict[str, object]:
+        """Every parameter with its default; None where it is chosen from the scene."""
+        return {p.name: p.default for p in self.parameters}
+
+    def to_json(self) -> dict[str, object]:
+        """What `evalsuite list techniques` and the page print."""
+        return {
+            "id": self.id,
+            "title": self.title,
+            "paper": self.paper,
+            "equations": self.equations,
+            "parameters": [{"name": p.name, "default": p.default, "meaning": p.meaning, "kind": p.kind} for p in self.parameters],
+            "assumptions": list(self.assumptions),
+            "stands_for": {plugin: how.text for plugin, how in self.stands_for.items()},
+            "target": self.target,
+        }
 
     def parse(self, given: Settings) -> dict[str, object]:
         """Given parameters, each in its type; None means not given. Raises EvalsuiteError for unknown names and values."""

@@ -152,6 +152,7 @@ TECHNIQUE = Technique(
     shader=Path(__file__).with_suffix(".glsl"),
     prepare=common.prepare_cube,
     twin=twin,
+    resolves=True,
     fill=fill,
     fit=fit,
 )  # fmt: skip
