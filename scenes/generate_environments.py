@@ -46,6 +46,7 @@ CUBE_COLOURS = np.array(
 #: `sunsky`: direction to the sun (elevation 40°), and the albedo of the Lambertian ground that fills the lower half.
 SUN_DIRECTION = np.array([0.55, np.sin(np.radians(40.0)), 0.0])
 SUN_DIRECTION[2] = np.sqrt(1.0 - (SUN_DIRECTION**2).sum())
+TURBIDITY = 7.0  # a little hazy: the sun stays below 10⁵ × the sky's mean
 GROUND_ALBEDO = 0.2
 
 
@@ -111,7 +112,7 @@ def sunsky() -> Map:
     mi, dr = mitsuba()
     # The plugin is z-up: y-up (x, y, z) ↦ (x, −z, y).
     sun = [float(SUN_DIRECTION[0]), float(-SUN_DIRECTION[2]), float(SUN_DIRECTION[1])]
-    sky = mi.load_dict({"type": "sunsky", "sun_direction": sun})
+    sky = mi.load_dict({"type": "sunsky", "sun_direction": sun, "turbidity": TURBIDITY})
 
     def radiance(directions: Map) -> Map:
         x, y, z = directions.reshape(-1, 3).T

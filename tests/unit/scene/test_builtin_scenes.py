@@ -1,0 +1,53 @@
+"""Every scene and room that ships opens with plain Mitsuba and shows something."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from evalsuite.scene.builtin import list_scenes, scene_path, scenes_directory
+
+NAMES = ("sphere", "sphere72", "torus", "teapot", "organic", "still-life")
+ROOMS = ("office", "cathedral")
+
+
+@pytest.fixture(scope="module")
+def mi():
+    from evalsuite.reference.variants import activate
+
+    return activate()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_scene_renders(mi, name: str) -> None:
+    scene = mi.load_file(str(scene_path(name)))
+    image = np.array(mi.render(scene, spp=4))[..., :3]
+    assert image.shape == (256, 256, 3)
+    hit = np.array(mi.render(scene, integrator=mi.load_dict({"type": "aov", "aovs": "d:depth"}), spp=4))[..., -1] > 0
+    assert 0.4 < hit.mean() < 0.75, "the object fills the picture well"
+    assert np.isfinite(image).all() and image[hit].mean() > 0.01 and image[~hit].mean() > 0.01
+    edges = np.concatenate([hit[0], hit[-1], hit[:, 0], hit[:, -1]])
+    assert name == "still-life" or not edges.any(), "the object is cut off by the frame"
+
+
+@pytest.mark.parametrize("name", ROOMS)
+def test_room_renders(mi, name: str) -> None:
+    scene = mi.load_file(str(scenes_directory() / "rooms" / f"{name}.xml"))
+    image = np.array(mi.render(scene, spp=1))[..., :3]
+    assert np.isfinite(image).all() and (image.max(-1) > 0).mean() > 0.5
+
+
+def test_all_are_tested() -> None:
+    assert {scene["name"] for scene in list_scenes()} == set(NAMES)
+    assert {path.stem for path in (scenes_directory() / "rooms").glob("*.xml")} == set(ROOMS)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_scene_is_as_the_reports_expect(name: str) -> None:
+    text = scene_path(name).read_text(encoding="utf-8")
+    assert '<bsdf type="diffuse" id="subject">' in text and '<rfilter type="box"/>' in text and '"independent"' in text
+    files = re.findall(r'name="filename" value="([^"]+)"', text)
+    assert files and all(not Path(file).is_absolute() and (scenes_directory() / file).is_file() for file in files)
