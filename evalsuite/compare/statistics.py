@@ -1,8 +1,8 @@
 """From error per pixel to a number with a 95 % interval, when the reference (and perhaps the image) carries noise.
 
-Model. The reference is R = μ + e with e independent between pixels, of standard deviation s (its standard error); between
-the channels of a pixel any correlation ρ ≥ 0 is allowed for (a variance is linear in ρ, so the worse of 0 and 1). The halves A, B give one further
-realisation h = (A − B)/2 of e: A = R + h and B = R − h each carry twice the variance of R.
+Model. The reference is R = μ + e with e independent between pixels, of standard deviation s (its standard error).
+Between the channels of a pixel any correlation ρ ≥ 0 is allowed for: a variance is linear in ρ, so the worse of 0 and 1.
+The halves A, B give one further realisation h = (A − B)/2 of e: A = R + h and B = R − h each carry twice the variance of R.
 
 Debiasing. For a metric f smooth in the reference, f(R) is too large by b = ½ f″ s² and the mean f̄ of f(A), f(B) by 2b, so
 2 f(R) − f̄ is free of it (Richardson). For the squared error this is exactly mean((I − A)(I − B)).
@@ -98,7 +98,7 @@ def debiased(error: PerChannel, image: Noisy, reference: Noisy, quadratic: bool 
     if not quadratic and reference.noise.any():
         residue = first - 2 * second + _third_level(error, image, reference)
         shift, doubt = float(residue.mean()), Z95 * float(residue.std()) / math.sqrt(residue.size)
-        if abs(shift) > doubt:
+        if abs(shift) > doubt or hi < 0:  # a negative mean square betrays that share as well
             lo, hi = min(lo, value + shift - math.hypot(half, doubt)), max(hi, value + shift + math.hypot(half, doubt))
     return Metric(max(value, 0.0), (max(lo, 0.0), max(hi, 0.0)))
 
@@ -167,7 +167,7 @@ def extrapolated(
     gain = 1 / (2 ** (order / 2) - 1)
     clean = value - gain * change
     wide = math.hypot(spread, gain * bend)
-    if ratio and value > 0 and value + change > 0:
+    if ratio and change and value > 0 and value + change > 0:
         inverse = (1 + gain) / value - gain / (value + change)
         clean = 1 / inverse if inverse > 0 else math.inf
         wide *= min((clean / value) ** 2, 1e6)

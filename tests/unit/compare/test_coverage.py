@@ -59,9 +59,32 @@ def coverage(kind, relative, repetitions, error_scale=1.0, image_noise=0.0, with
 
 @pytest.mark.parametrize("kind", ["grey", "exponential"])
 def test_intervals_hold_the_truth(kind):
-    """250 repetitions: the share of a true 95 % interval has a standard deviation of 1.4 %, so 90 … 98.5 % is ± 3 of them."""
-    shares = coverage(kind, 0.03, 250)
+    """200 repetitions: the share of a true 95 % interval has a standard deviation of 1.5 %."""
+    shares = coverage(kind, 0.03, 200)
     for name in DEBIASED:
-        assert 0.90 <= shares[name] <= 0.985, (name, shares[name])
+        assert 0.90 <= shares[name] <= 0.99, (name, shares[name])
     for name in NOISY:
         assert shares[name] >= 0.90, (name, shares[name])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "relative", "options"),
+    [
+        ("white", 0.03, {}),
+        ("grey", 0.002, {}),
+        ("exponential", 0.01, {}),
+        ("grey", 0.1, {}),
+        ("exponential", 0.1, {}),
+        ("grey", 0.03, {"error_scale": 0.0}),
+        ("exponential", 0.03, {"error_scale": 0.0}),
+        ("grey", 0.03, {"image_noise": 0.03}),
+        ("exponential", 0.03, {"image_noise": 0.03, "error_scale": 0.0}),
+        ("grey", 0.03, {"with_halves": False}),
+    ],
+)
+def test_intervals_hold_the_truth_elsewhere(kind, relative, options):
+    """Much and little noise, none but noise, noise of the image too, no halves: nowhere does an interval promise too much
+    (0.87 is 0.95 less five standard deviations, for 17 metrics and 10 settings at once)."""
+    shares = coverage(kind, relative, 200, **options)
+    assert min(shares.values()) >= 0.87, {name: share for name, share in shares.items() if share < 0.9}
