@@ -23,6 +23,7 @@ from evalsuite.gpu.plan import COMPANIONS, cannot_stand_for
 from evalsuite.gpu.techniques import TECHNIQUES
 from evalsuite.gpu.techniques.base import Technique
 from evalsuite.image import exr
+from evalsuite.image.color import luminance
 from evalsuite.plan import QUALITY, Cell
 from evalsuite.scene.dependencies import dependencies
 from evalsuite.scene.model import Scene, SceneSource
@@ -283,6 +284,18 @@ class Run:
 
         place, meta, _ = self._once("comparison", key, make)
         return place, meta
+
+    def albedo(self, bsdf: Mapping) -> dict:
+        """Directional albedo of a target BSDF by Mitsuba's own sampling: cos_theta, value and standard_error (luminance)."""
+        cosines = [1.0, 0.9, 0.75, 0.5, 0.25, 0.1]
+        key = digest([bsdf, cosines, source_digest("reference"), package_versions("mitsuba")])
+
+        def make() -> tuple[Path, dict]:
+            value, error = self.workers.reference.call("evalsuite.reference.worker:albedo", dict(bsdf), cosines)
+            plain = {"cos_theta": cosines, "value": luminance(value).tolist(), "standard_error": luminance(error).tolist()}
+            return self.store.put("albedo", key, plain)
+
+        return self._once("albedo", key, make)[1]
 
     # ---- a cell -----------------------------------------------------------------------------------------------------
 

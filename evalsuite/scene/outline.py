@@ -41,7 +41,7 @@ def outline_to_json(scene: Scene) -> dict:
         "environment": None
         if scene.environment is None
         else {
-            "shape": scene.environment.radiance.shape[:2],
+            "constant": _constant(scene.environment.radiance),
             "source": scene.environment.source,
             "notes": scene.environment.notes,
         },
@@ -51,8 +51,18 @@ def outline_to_json(scene: Scene) -> dict:
     }
 
 
+def _constant(radiance: np.ndarray) -> list[float] | None:
+    """The radiance that all texels share, or None."""
+    first = radiance[0, 0]
+    return [float(c) for c in first] if (radiance == first).all() else None
+
+
+def _texels(constant: list[float] | None) -> np.ndarray:
+    return np.zeros((2, 2, 3), np.float32) if constant is None else np.array(constant, np.float32).reshape(1, 1, 3)
+
+
 def outline_from_json(data: dict) -> Scene:
-    """The scene again, with degenerate meshes and a one-texel black environment in place of the real ones."""
+    """The scene again, with degenerate meshes; a constant environment is one texel, any other a black stand-in of 2×2."""
     camera, environment = data["camera"], data["environment"]
     return Scene(
         name=data["name"],
@@ -73,7 +83,7 @@ def outline_from_json(data: dict) -> Scene:
         materials=tuple(Material(**m) for m in data["materials"]),
         environment=None
         if environment is None
-        else Environment(np.zeros((1, 1, 3), np.float32), np.eye(3), environment["source"], tuple(environment["notes"])),
+        else Environment(_texels(environment["constant"]), np.eye(3), environment["source"], tuple(environment["notes"])),
         mitsuba_only=tuple(data["mitsuba_only"]),
         refused=tuple(data["refused"]),
         subject=tuple(data["subject"]),
