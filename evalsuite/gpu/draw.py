@@ -44,24 +44,26 @@ def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], s
     width, height = scene.camera.size
     total, variance = np.zeros((height, width, 4)), np.zeros((height, width, 3))
     grid = camera.subsamples(supersample)
-    for index, subsample in enumerate(grid):
+    rounds = technique.rounds(settings[technique.id], len(grid))
+    passes = [(subsample, i) for i, subsample in enumerate(s for s in grid for _ in range(rounds))]
+    for subsample, index in passes:
         if technique.per_pass is not None:
-            frame = Frame(index, len(grid), seed)
-            draws = [d and Draw(d.program, {**d.uniforms, **technique.per_pass(frame, settings[technique.id])}, d.textures)
-                     for d in draws]  # fmt: skip
+            frame = Frame(index, len(grid), rounds, seed)
+            moving = technique.per_pass(frame, settings[technique.id])
+            draws = [d and Draw(d.program, {**d.uniforms, **moving}, d.textures) for d in draws]
         stage.run(subsample, draws, sky)
         total += stage.read(0)
         if technique.random:
             variance += stage.read(1)[..., :3]
 
-    mean = total / len(grid)
+    mean = total / len(passes)
     own = prepared[technique.id]
     return Drawing(
         image=mean[..., :3].astype(np.float32),
         scored=mean[..., 3].astype(np.float32),
-        standard_error=(np.sqrt(variance) / len(grid)).astype(np.float32) if technique.random else None,
+        standard_error=(np.sqrt(variance) / len(passes)).astype(np.float32) if technique.random else None,
         # The first pass warms caches and compiles; where there are others it is left out.
-        cost={"gpu_ms": float(np.mean(stage.pass_ms[1:] or stage.pass_ms)), "prepare_ms": own.prepare_ms},
+        cost={"gpu_ms": rounds * float(np.mean(stage.pass_ms[1:] or stage.pass_ms)), "prepare_ms": own.prepare_ms},
         mapping=[b.describe(scene, settings[b.technique.id]) for b in bindings.values()],
         parameters=settings[technique.id],
         fit=technique.fit(scene, env, settings[technique.id]) if technique.fit else None,
@@ -96,5 +98,10 @@ def _material_draw(
 
 
 def _side_notes(scene: Scene, bindings: Mapping[int, Binding]) -> tuple[str, ...]:
-    companions = {scene.materials[i].id: b.technique.id for i, b in bindings.items() if not b.own}
-    return tuple(f"{name} is drawn by {one} and not scored" for name, one in companions.items())
+    notes = []
+    for index, binding in bindings.items():
+        if not binding.own:
+            left_out = binding.technique.reason_against(scene.materials[index])
+            notes.append(f"{scene.materials[index].id} is drawn by {binding.technique.id} and not scored"
+                         + (f"; left out: {left_out}" if left_out else ""))  # fmt: skip
+    return tuple(notes)

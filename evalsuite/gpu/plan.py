@@ -33,12 +33,14 @@ class Binding:
     def describe(self, scene: Scene, settings: Mapping[str, object]) -> dict[str, object]:
         """The mapping as the page prints it."""
         material = scene.materials[self.material]
+        uniforms = self.stands_for.uniforms(material, settings)
+        derived = {name: uniforms[name] for name in ("exponent", "bias") if name in uniforms}
         return {
             "material": material.id,
             "plugin": material.plugin,
             "technique": self.technique.id,
             "text": self.stands_for.text,
-            "parameters": {**material.parameters, **self.stands_for.uniforms(material, settings)},
+            "parameters": {**material.parameters, **derived},
             "scored": self.scored,
         }
 

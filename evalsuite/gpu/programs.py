@@ -20,10 +20,11 @@ Defines = tuple[tuple[str, object], ...]
 
 @dataclass(frozen=True)
 class Part:
-    """One GLSL file's text under its name."""
+    """One GLSL file's text under its name. own: a technique's, not the library's."""
 
     name: str
     text: str
+    own: bool = False
 
 
 @lru_cache(maxsize=64)
@@ -35,15 +36,20 @@ def part(name: str) -> Part:
 def read_part(path: Path) -> Part:
     """A technique's file, read anew each time (a user may be editing it). Raises EvalsuiteError."""
     try:
-        return Part(str(path), path.read_text(encoding="utf-8"))
+        return Part(str(path), path.read_text(encoding="utf-8"), own=True)
     except (OSError, UnicodeDecodeError) as error:
         raise EvalsuiteError(path, str(error), "a readable GLSL file in UTF-8", "check the path") from error
 
 
+def _numbered(parts: Sequence[Part]) -> dict[int, Part]:
+    """Source-string numbers. The technique's own file is 0: Mesa puts some errors under 0 whatever `#line` said."""
+    return {0 if item.own else index + 1: item for index, item in enumerate(parts)}
+
+
 def _assemble(parts: Sequence[Part], defines: Defines) -> str:
     head = ["#version 430 core", *(f"#define {name} {value}" for name, value in defines)]
-    # `#line n i`: messages then carry part i and its own line numbers.
-    body = [f"#line 1 {index}\n{item.text}" for index, item in enumerate(parts)]
+    # `#line n i`: messages then carry source string i and its own line numbers.
+    body = [f"#line 1 {number}\n{item.text}" for number, item in _numbered(parts).items()]
     return "\n".join([*head, *body, ""])
 
 
@@ -61,7 +67,7 @@ def _compile_error(message: str, parts: Sequence[Part], fallback: str) -> Evalsu
         text = " ".join(message.replace("=", " ").split())
         return EvalsuiteError(fallback, f"GLSL error: {text}", "a shader that compiles and links", "mend the shader")
     hit = min(hits, key=lambda h: h.start())
-    source, line = parts[min(int(hit["part"]), len(parts) - 1)], int(hit["line"])
+    source, line = _numbered(parts).get(int(hit["part"]), parts[-1]), int(hit["line"])
     lines = source.text.splitlines()
     quoted = lines[line - 1].strip() if 0 < line <= len(lines) else ""
     return EvalsuiteError(

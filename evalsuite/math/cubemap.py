@@ -194,14 +194,21 @@ class SeamlessCube:
 
 
 def reflection_lod(directions: ArrayLike, width: int) -> Float:
-    """λ = log₂ max(|∂(s,t)w/∂x|, |∂(s,t)w/∂y|) of an (H, W, 3) picture of look-up directions, (H−1, W−1), by forward
-    differences on each pixel's own face (OpenGL 4.5 core, 8.14.1): what the hardware chooses before any bias."""
+    """What hardware chooses before any bias for an (H, W, 3) picture of look-up directions r, (H−1, W−1):
+
+    λ = log₂ max(|∂(s,t)w/∂x|, |∂(s,t)w/∂y|) on each pixel's own face, by the quotient rule from forward differences of r,
+    ∂s/∂x = ½ (∂s_c/∂x · m − s_c · ∂m/∂x)/m² with m the major component (OpenGL 4.5 core, 8.14.1, which leaves the way open).
+    """
     d = np.asarray(directions, dtype=np.float64)
-    face, s, t = (x[:-1, :-1] for x in direction_to_face(d))
+    here = d[:-1, :-1]
+    face = direction_to_face(here)[0]
 
-    def on_same_face(neighbour: Float) -> tuple[Float, Float]:
-        major = (neighbour * AXIS[face]).sum(-1)
-        return 0.5 * ((neighbour * S[face]).sum(-1) / major + 1), 0.5 * ((neighbour * T[face]).sum(-1) / major + 1)
+    def components(v: Float) -> tuple[Float, Float, Float]:
+        return tuple((v * table[face]).sum(-1) for table in (S, T, AXIS))
 
-    steps = [np.hypot(*(w - here for w, here in zip(on_same_face(n), (s, t), strict=True))) for n in (d[:-1, 1:], d[1:, :-1])]
-    return np.log2(np.maximum(np.maximum(*steps) * width, 1e-30))
+    s, t, m = components(here)
+    steps = []
+    for neighbour in (d[:-1, 1:], d[1:, :-1]):
+        ds, dt, dm = components(neighbour - here)
+        steps.append(np.hypot(ds * m - s * dm, dt * m - t * dm) * 0.5 * width / m**2)
+    return np.log2(np.maximum(np.maximum(*steps), 1e-30))

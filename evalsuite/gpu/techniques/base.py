@@ -71,9 +71,10 @@ class Technique:
     also `vec3 shade_vertex(vec3 normal)`. target: what Mitsuba renders for it; target_bsdf: parameters → Mitsuba plugin
     dictionary of plain values that a report binds to the subject. prepare: environment → uniforms and textures.
     twin: (environment, normals, to_view, material parameters, settings) → (N, 3) float64 radiance, an independent NumPy
-    computation of what shade() returns. resolves: fill() finds material parameters in the picture, so the target waits for it. random: standard error comes with the picture. rounds: how many passes each sub-sample
-    is averaged over; per_pass: uniforms of one pass. fill: (scene, settings, with the names "given") → values for parameters
-    that are still open. fit: an analysis of the picture for the page.
+    computation of what shade() returns. resolves: fill() finds material parameters in the picture, so the target waits for
+    it. random: standard error comes with the picture. rounds: how many passes each sub-sample is averaged over; per_pass:
+    uniforms of one pass. fill: (scene, settings, with the names "given") → values for parameters that are still open.
+    fit: an analysis of the picture for the page.
     """
 
     id: str

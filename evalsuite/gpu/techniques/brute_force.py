@@ -29,14 +29,25 @@ def prepare(env: GpuEnvironment, settings: Settings) -> Prepared:
     return Prepared({**env.uniforms, "map_has_energy": env.has_energy}, {"env_latlong": env.latlong, **env.sampling})
 
 
-def per_pass(frame: Frame, settings: Settings) -> dict[str, object]:
-    """How many pairs of directions each sub-sample gets, and its own stream of random numbers."""
-    pairs = settings["samples"] // (2 * frame.count)
+def rounds(settings: Settings, subsamples: int) -> int:
+    """Passes a sub-sample. llvmpipe leaves any shader's loops after 65535 turns in all, and a pair takes up to 30 (two
+    binary searches); many short passes also keep a GPU's watchdog calm."""
+    return max(1, -(-_pairs(settings, subsamples) // 1024))
+
+
+def _pairs(settings: Settings, subsamples: int) -> int:
+    pairs = settings["samples"] // (2 * subsamples)
     if pairs < 2:
         raise EvalsuiteError("brute-force, parameter samples", str(settings["samples"]),
-                             f"at least {4 * frame.count} with {frame.count} sub-samples a pixel",
+                             f"at least {4 * subsamples} with {subsamples} sub-samples a pixel",
                              "raise samples or lower the supersampling")  # fmt: skip
-    return {"pairs": pairs, "stream": (frame.seed * 4096 + frame.index) & 0x7FFFFFFF}
+    return pairs
+
+
+def per_pass(frame: Frame, settings: Settings) -> dict[str, object]:
+    """How many pairs of directions this pass takes, and its own stream of random numbers."""
+    pairs = _pairs(settings, frame.subsamples) // frame.rounds
+    return {"pairs": pairs, "stream": (frame.seed * 65536 + frame.index) & 0x7FFFFFFF}
 
 
 def _uniforms(kind: int):
@@ -116,5 +127,6 @@ TECHNIQUE = Technique(
     prepare=prepare,
     twin=twin,
     random=True,
+    rounds=rounds,
     per_pass=per_pass,
 )  # fmt: skip

@@ -81,3 +81,33 @@ def visible(drawing_scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     normal = g.normal[mask].astype(np.float64)
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
     return mask, normal, to_view
+
+
+_LOOKUP = """#version 430 core
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer In { vec4 query[]; };
+layout(std430, binding = 1) writeonly buffer Out { vec4 answer[]; };
+uniform samplerCube cube;
+uniform int count;
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i < uint(count)) answer[i] = textureLod(cube, query[i].xyz, query[i].w);
+}
+"""
+
+
+def hardware_lookup(texture, directions, lod) -> np.ndarray:
+    """textureLod(cube, direction, lod).rgb of each row, (N, 3), by a compute shader."""
+    from evalsuite.gpu import context
+
+    gl = context.get()
+    query = np.concatenate([directions, np.broadcast_to(lod, len(directions))[:, None]], -1).astype(np.float32)
+    source, out = gl.buffer(query.tobytes()), gl.buffer(reserve=query.nbytes)
+    shader = gl.compute_shader(_LOOKUP)
+    source.bind_to_storage_buffer(0)
+    out.bind_to_storage_buffer(1)
+    texture.use(0)
+    shader["cube"].value, shader["count"].value = 0, len(query)
+    shader.run((len(query) + 63) // 64)
+    gl.memory_barrier()
+    return np.frombuffer(out.read(), np.float32).reshape(-1, 4)[:, :3]
