@@ -39,12 +39,17 @@ PERCEPTUAL = {
 @dataclass(frozen=True, eq=False)
 class Comparison:
     """metrics: name → value with 95 % interval, over the mask, and over the whole picture with the suffix `_full`.
-    maps: `error` (H, W, 3) image − reference; `relative` (H, W, 3) that over (reference + ε); `zscore` (H, W) |error| in
-    standard errors, `noise_decided` (H, W) bool where z < 2 (both absent without a standard error or halves); `flip` (H, W).
-    exposure: factor of the tone-mapped pictures [1/radiance]. mean_image, mean_reference: mean luminance in the mask."""
+    difference: (H, W, 3) image − reference. relative: (H, W, 3) that over (reference + ε). zscore: (H, W) |error| in
+    standard errors; noise_decided: (H, W) bool, where z < 2; both None without a standard error or halves. flip_map:
+    (H, W). exposure: factor of the tone-mapped pictures [1/radiance]. mean_image, mean_reference: mean luminance in the
+    mask, which has `pixels` pixels."""
 
     metrics: Mapping[str, Metric]
-    maps: Mapping[str, NDArray]
+    difference: NDArray[np.float32]
+    relative: NDArray[np.float32]
+    flip_map: NDArray[np.float32]
+    zscore: NDArray[np.float32] | None
+    noise_decided: NDArray[np.bool_] | None
     exposure: float
     mean_image: float
     mean_reference: float
@@ -97,17 +102,22 @@ def compare(
     scale = float(truth.mean[inside].mean())
     if scale <= 0:
         notes.append("the reference is black inside the mask: relative metrics are undefined unless the image is black too")
-    drawn = {
-        "error": error_map.signed(picture.mean, truth.mean),
-        "relative": error_map.relative(picture.mean, truth.mean, scale),
-        "flip": maps["flip"][0],
-    }
     sigma = np.hypot(truth.standard_error, picture.standard_error)
-    if sigma.any():
-        drawn["zscore"] = error_map.z_score(picture.mean, truth.mean, sigma, scale)
-        drawn["noise_decided"] = drawn["zscore"] < error_map.NOISE_DECIDES
+    zscore = error_map.z_score(picture.mean, truth.mean, sigma, scale) if sigma.any() else None
     means = (float(luminance(p.mean[inside]).mean()) for p in (picture, truth))
-    return Comparison(result, drawn, view.exposure, *means, pixels=int(inside.sum()), notes=tuple(notes))
+    return Comparison(
+        metrics=result,
+        difference=error_map.signed(picture.mean, truth.mean),
+        relative=error_map.relative(picture.mean, truth.mean, scale),
+        flip_map=maps["flip"][0],
+        zscore=zscore,
+        noise_decided=None if zscore is None else zscore < error_map.NOISE_DECIDES,
+        exposure=view.exposure,
+        mean_image=next(means),
+        mean_reference=next(means),
+        pixels=int(inside.sum()),
+        notes=tuple(notes),
+    )
 
 
 def _score(

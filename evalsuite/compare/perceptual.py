@@ -17,7 +17,7 @@ from evalsuite.image.color import luminance, tone_map
 # FLIP's OpenMP threads spin while they wait, which costs five times its run time where workers share the cores. Read once,
 # when the library loads.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
-import flip_evaluator  # noqa: E402
+import flip_evaluator
 
 #: SSIM's window: Gaussian of σ = 1.5 pixels, cut at 3.5 σ (Wang et al. 2004), hence 11 × 11.
 SSIM_WINDOW = 11

@@ -86,7 +86,7 @@ def debiased(error: PerChannel, image: Noisy, reference: Noisy, quadratic: bool 
     """Mean of a smooth, nonnegative error per channel, free of the noise's own share; value and ends are floored at 0.
 
     Unless the error is quadratic in the reference, 2 f₁ − f₂ (indices: noise variance) leaves a share of order s⁴. A third
-    level shows it: where 3 f₁ − 3 f₂ + f₃ differs by more than its own noise, the interval reaches to that value too.
+    level shows it: where 3 f₁ − 3 f₂ + f₃ differs by more than its own standard error, the interval reaches to that value too.
     """
     levels = [error(a, b).mean(axis=-1) for a, b in _realisations(image, reference)]
     first, second = levels[0], (levels[1] + levels[2]) / 2
@@ -97,9 +97,10 @@ def debiased(error: PerChannel, image: Noisy, reference: Noisy, quadratic: bool 
     lo, hi = value - half, value + half
     if not quadratic and reference.noise.any():
         residue = first - 2 * second + _third_level(error, image, reference)
-        shift, doubt = float(residue.mean()), Z95 * float(residue.std()) / math.sqrt(residue.size)
+        shift, doubt = float(residue.mean()), float(residue.std()) / math.sqrt(residue.size)
         if abs(shift) > doubt or hi < 0:  # a negative mean square betrays that share as well
-            lo, hi = min(lo, value + shift - math.hypot(half, doubt)), max(hi, value + shift + math.hypot(half, doubt))
+            wide = math.hypot(half, Z95 * doubt)
+            lo, hi = min(lo, value + shift - wide), max(hi, value + shift + wide)
     return Metric(max(value, 0.0), (max(lo, 0.0), max(hi, 0.0)))
 
 
