@@ -1,7 +1,9 @@
 """Ground truth in passes: mean, per-pixel standard error, two independent halves, reproducible to the bit.
 
-Pass k always renders the same power-of-two number of samples with a seed made of (seed, k), and its sums are added in
-float64 in order. So a stopped run continues to the same bits, and a longer run contains the shorter one.
+Pass k renders the same number of multi-jittered samples with a seed made of (seed, k), and its mean is added in float64, in
+order. So a stopped run continues to the same bits, and a longer run contains the shorter one. Samples within a pass are
+stratified against each other (a tenth of the variance of independent ones in smooth lighting), hence not independent; the
+passes are, so the standard error comes from their scatter alone.
 """
 
 from __future__ import annotations
@@ -26,8 +28,7 @@ from evalsuite.scene.load import LoadedScene, load
 from evalsuite.scene.model import SceneSource
 from evalsuite.store.cache import write_atomic
 
-SAMPLES_PER_PASS = 2**22  # over the whole film: long enough to hide the start of a kernel, short enough to stop soon
-MIN_SPP = 64  # before that many samples a pixel, a standard error says little
+MIN_PASSES = 16  # fewer say little about their own scatter: with 16 the standard error is known to 1/√(2·15) = 18 %
 
 
 @dataclass(frozen=True)
@@ -49,9 +50,9 @@ QUALITY: dict[str, Quality] = {
 class RenderState:
     """Everything that a reference has gathered so far; picklable.
 
-    even, odd: (H, W, 3) float64 sums of radiance over the samples of even and odd passes: two independent halves.
-    squares: (H, W, 3) float64 sum of squared sample radiance over all passes. pass_spp: samples per pixel of one pass.
-    passes: how many. seed: the run's. seconds: time spent rendering (not part of the result).
+    even, odd: (H, W, 3) float64 sums of the radiance of even and odd passes: two independent halves. squares: (H, W, 3)
+    float64 sum of the squares of all passes' radiance. pass_spp: samples per pixel of one pass. passes: how many. seed: the
+    run's. seconds: time spent rendering (not part of the result).
     """
 
     even: NDArray[np.float64]
@@ -70,16 +71,18 @@ class RenderState:
     @property
     def mean(self) -> NDArray[np.float32]:
         """Radiance, (H, W, 3)."""
-        return ((self.even + self.odd) / self.spp).astype(np.float32)
+        return ((self.even + self.odd) / self.passes).astype(np.float32)
 
     @property
     def standard_error(self) -> NDArray[np.float32]:
-        """Of `mean`, (H, W, 3): √(unbiased sample variance / n). Floored where float32 squares no longer resolve the
-        variance, at relative 2⁻²³ of the second moment."""
-        n = self.spp
-        second = self.squares / n
-        variance = (second - ((self.even + self.odd) / n) ** 2) * (n / (n - 1.0))
-        return np.sqrt(np.maximum(variance, 2.0**-23 * second) / n).astype(np.float32)
+        """Of `mean`, (H, W, 3): √(unbiased variance of a pass / passes), with passes − 1 degrees of freedom; infinite for a
+        single pass. Never below 2⁻²² of the mean: a pass is a float32 sum, whose rounding does not average out."""
+        k = self.passes
+        if k < 2:
+            return np.full(self.even.shape, np.inf, np.float32)
+        mean = (self.even + self.odd) / k
+        variance = np.maximum(self.squares / k - mean**2, 0.0) * (k / (k - 1.0))
+        return np.maximum(np.sqrt(variance / k), 2.0**-22 * np.abs(mean)).astype(np.float32)
 
     @property
     def halves(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -87,8 +90,7 @@ class RenderState:
         odd_passes = self.passes // 2
         if odd_passes == 0:
             raise EvalsuiteError("reference", "one pass", "at least two, one for each half")
-        even_spp, odd_spp = (self.passes - odd_passes) * self.pass_spp, odd_passes * self.pass_spp
-        return (self.even / even_spp).astype(np.float32), (self.odd / odd_spp).astype(np.float32)
+        return (self.even / (self.passes - odd_passes)).astype(np.float32), (self.odd / odd_passes).astype(np.float32)
 
 
 _STATE = ("even", "odd", "squares", "pass_spp", "passes", "seconds")
@@ -122,8 +124,9 @@ def load_state(path: Path, seed: int) -> RenderState | None:
 
 
 def pass_samples(width: int, height: int) -> int:
-    """Samples per pixel of one pass: a power of two from 4 to 1024, so that sums are bit-identical on any thread count."""
-    return 2 ** min(max(int(math.log2(SAMPLES_PER_PASS / (width * height))), 2), 10)
+    """Samples per pixel of one pass. A power of four: multi-jittering takes no other count as it is, and powers of two make
+    film sums bit-identical on any number of threads. 64 where that keeps a pass below a few million samples."""
+    return 64 if width * height <= 2**17 else 16
 
 
 def advance(source: SceneSource, target: str, state: RenderState | None, passes: int, seed: int = 0) -> RenderState:
@@ -144,10 +147,10 @@ def advance(source: SceneSource, target: str, state: RenderState | None, passes:
     started = time.perf_counter()
     for number in range(state.passes, state.passes + passes):
         image = chosen.render(loaded.mitsuba, 0, seed=pass_seed(state.seed, number), spp=state.pass_spp)
-        sums = np.array(image, dtype=np.float64) * state.pass_spp
-        _require_finite(sums, source, target, number)
-        (odd if number % 2 else even)[...] += sums[..., :3]
-        squares += sums[..., 3:6]
+        radiance = np.array(image, dtype=np.float64)[..., :3]
+        _require_finite(radiance, source, target, number)
+        (odd if number % 2 else even)[...] += radiance
+        squares += radiance**2
     seconds = state.seconds + time.perf_counter() - started
     return replace(state, even=even, odd=odd, squares=squares, passes=state.passes + passes, seconds=seconds)
 
@@ -171,22 +174,20 @@ def relative_error(state: RenderState, mask: NDArray | None = None) -> float:
 
 def plan(state: RenderState, target_error: float, cap_spp: int, mask: NDArray | None = None) -> int:
     """How many passes to render next: 0 when the relative error or the cap is reached; never more than doubles the passes,
-    since the first estimates are rough; always even, to keep the halves balanced. Deterministic."""
+    since the first estimates are rough; even where the cap allows, to keep the halves balanced. Deterministic."""
     cap = max(cap_spp // state.pass_spp, 2)
-    if state.passes >= cap:
-        return 0
-    wanted = max(2, math.ceil(MIN_SPP / state.pass_spp))
-    error = relative_error(state, mask) if state.passes else math.inf
-    if state.passes >= wanted:
-        if error <= target_error:
+    goal = min(MIN_PASSES, cap)
+    if state.passes >= goal:
+        error = relative_error(state, mask)
+        if error <= target_error or state.passes >= cap:
             return 0
-        wanted = min(math.ceil(state.passes * (error / target_error) ** 2), 2 * state.passes)
-    more = max(wanted - state.passes, 2)
-    return max(min(more + more % 2, cap - state.passes), 1)
+        goal = min(math.ceil(state.passes * (error / target_error) ** 2), 2 * state.passes, cap)
+    more = max(goal - state.passes, 1)
+    return min(more + more % 2, max(cap - state.passes, 1))
 
 
-def _require_finite(sums: NDArray[np.float64], source: SceneSource, target: str, number: int) -> None:
-    bad = ~np.isfinite(sums[..., :3]).all(axis=2)
+def _require_finite(radiance: NDArray[np.float64], source: SceneSource, target: str, number: int) -> None:
+    bad = ~np.isfinite(radiance).all(axis=2)
     if bad.any():
         row, column = (int(i) for i in np.argwhere(bad)[0])
         raise EvalsuiteError(

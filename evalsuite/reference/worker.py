@@ -57,7 +57,7 @@ def sample(source: SceneSource, plan: Mapping[str, Any], mask: NDArray[np.bool_]
     there; the step that reaches the goal returns the picture instead and leaves the file alone.
 
     plan: target, target_error, cap (samples per pixel), seed. mask: (H, W), where the error counts.
-    Returns done, spp, reached_error, capped, seconds, and when done mean, standard_error and halves.
+    Returns done, spp, passes, reached_error, capped, seconds, and when done mean, standard_error and halves.
     """
     path = Path(partial)
     state = render.load_state(path, plan["seed"])
@@ -69,8 +69,9 @@ def sample(source: SceneSource, plan: Mapping[str, Any], mask: NDArray[np.bool_]
     step = {
         "done": done,
         "spp": state.spp,
+        "passes": state.passes,
         "reached_error": reached,
-        "capped": reached > plan["target_error"],
+        "capped": done and reached > plan["target_error"],
         "seconds": state.seconds,
     }
     if not done:

@@ -250,6 +250,8 @@ def _camera(source: SceneSource, refused: list[str]) -> tuple[Camera, Any]:
             "rfilter": {"type": "box"},
         }
     )
+    # Stratified over the pixel and each two-dimensional decision; `reference.render` sets the sample count of a pass.
+    parsed.nodes[index].props["sampler"] = mi.load_dict({"type": "multijitter", "sample_count": 64})
     sensor = parsed.instantiate(index)
     parameters = mi.traverse(sensor)
     transform = properties.get("to_world")

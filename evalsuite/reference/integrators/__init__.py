@@ -1,7 +1,4 @@
-"""What Mitsuba renders: the targets, in order of truth, and our integrator plugins.
-
-Every target returns radiance and its square for each sample, so that one rendering gives mean and standard error.
-"""
+"""What Mitsuba renders: the targets, in order of truth, and our integrator plugin."""
 
 from __future__ import annotations
 
@@ -36,25 +33,23 @@ _registered: set[str] = set()
 
 
 def register() -> None:
-    """Register `unoccluded` and `squares` with the active Mitsuba variant; does nothing the second time."""
+    """Register `unoccluded` with the active Mitsuba variant; does nothing the second time."""
     import mitsuba as mi
 
-    from .squares import define_squares
     from .unoccluded import define_unoccluded
 
     variant = mi.variant()
     if variant in _registered:
         return
     mi.register_integrator("unoccluded", define_unoccluded())
-    mi.register_integrator("squares", define_squares())
     _registered.add(variant)
 
 
 @cache
 def integrator(target: str) -> Any:
-    """Mitsuba integrator of a target whose AOVs are the squares of its samples. Raises EvalsuiteError for unknown names."""
+    """Mitsuba integrator of a target. Raises EvalsuiteError for unknown names."""
     import mitsuba as mi
 
     if target not in TARGETS:
         raise EvalsuiteError("target", f"'{target}'", f"one of {', '.join(TARGETS)}")
-    return mi.load_dict({"type": "squares", "inner": dict(TARGETS[target].plugin)})
+    return mi.load_dict(dict(TARGETS[target].plugin))
