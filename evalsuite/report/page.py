@@ -1,0 +1,156 @@
+"""The HTML page of a run: `index.html`, `static/` and `cells/`, opened from disk with no server and no network."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.resources
+import importlib.util
+import math
+import re
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+
+import jinja2
+
+from evalsuite.image.files import replacing
+from evalsuite.report import pictures
+from evalsuite.report.scales import short
+from evalsuite.store.results import slug
+
+#: Metrics in the order of the page: (name, unit of the table: "" or "%", what it says).
+METRICS = (
+    ("rel_rmse", "%", "root mean square error over the mean of the reference"),
+    ("rel_bias", "%", "mean signed error over the mean of the reference"),
+    ("relmse", "", "mean of squared error over squared reference (ε = 1 % of its mean)"),
+    ("smape", "%", "mean of |a − b| over the mean of |a| and |b|"),
+    ("flip", "", "FLIP of the tone-mapped pictures, 0 … 1"),
+    ("flip_hdr", "", "HDR-FLIP: the worst over a range of exposures, 0 … 1"),
+    ("ssim", "", "structural similarity of the tone-mapped pictures, 1 is alike"),
+    ("delta_e2000", "", "CIEDE2000 colour difference of the tone-mapped pictures"),
+    ("psnr", "dB", "peak: the radiance shown as white"),
+    ("mse", "", "mean squared error, radiance²"),
+    ("rmse", "", "root mean square error, radiance"),
+    ("mae", "", "mean absolute error, radiance"),
+    ("bias", "", "mean signed error, radiance"),
+    ("p99_abs", "", "99th percentile of the largest channel's |error|, radiance"),
+    ("max_abs", "", "largest |error| of any channel, radiance"),
+)
+STATUS = {"scored": "scored", "failed": "failed", "skipped": "skipped", "uncertified": "not certified"}
+
+
+def write(results: Mapping, directory: Path) -> Path:
+    """Write the page of `results` (as in results.json) into `directory`, which holds the pictures; returns index.html.
+
+    Data of a cell whose pictures have not changed is left as it is. A picture that cannot be read is named on its cell;
+    nothing is raised for it. Raises EvalsuiteError if the folder cannot be written.
+    """
+    directory = Path(directory)
+    cells = []
+    for cell in results.get("cells", []):
+        name = slug(cell["id"])
+        shown, problems = pictures.prepare(cell, name, directory)
+        cells.append({"slug": name, "pictures": shown, "problems": problems, "data": cell, "row": _row(cell)})
+    _remove_stale(directory / "cells", {c["slug"] for c in cells})
+    _write_static(directory / "static")
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("evalsuite.report"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
+    environment.filters |= {"number": number, "interval": interval, "plain": _plain, "short": _short}
+    counts = {status: sum(c["data"].get("status") == status for c in cells) for status in STATUS}
+    html = environment.get_template("index.html").render(
+        results=results, cells=cells, metrics=METRICS, statuses=STATUS, counts=counts, host=_host(results.get("host") or {})
+    )
+    index = directory / "index.html"
+    with replacing(index) as temporary:
+        temporary.write_text(html, encoding="utf-8")
+    return index
+
+
+def number(value: float | None, unit: str = "", digits: int = 3) -> str:
+    """A figure for a table: significant digits, a true minus, — for none."""
+    if value is None or not math.isfinite(value):
+        return "—"
+    value = 100 * value if unit == "%" else value
+    magnitude = abs(value)
+    if magnitude == 0:
+        text = "0"
+    elif 1e-3 <= magnitude < 1e5:
+        text = f"{magnitude:.{max(0, digits - 1 - math.floor(math.log10(magnitude)))}f}"
+    else:
+        text = f"{magnitude:.{digits - 1}e}"
+    return ("−" if value < 0 and text.strip("0.") else "") + text + (f" {unit}" if unit else "")
+
+
+def interval(metric: Mapping | None, unit: str = "") -> str:
+    """[lo … hi]; an open end is ∞."""
+    if not metric:
+        return ""
+    lo, hi = metric["ci95"]
+    if lo == hi and lo is not None:
+        return "no interval"
+    first, last = (number(v, unit).replace(f" {unit}", "") for v in (lo, hi))
+    return f"{'−∞' if lo is None else first} … {'∞' if hi is None else last}"
+
+
+def _plain(value: object) -> str:
+    """Parameters and facts as text."""
+    if value is None:
+        return "—"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, list | tuple):
+        return ", ".join(_plain(v) for v in value)
+    if isinstance(value, Mapping):
+        return ", ".join(f"{k} {_plain(v)}" for k, v in value.items())
+    return str(value)
+
+
+def _short(value: float | None) -> str:
+    return "—" if value is None else short(float(value))
+
+
+def _row(cell: Mapping) -> dict[str, object]:
+    """What the summary table sorts and shows."""
+    cost, metrics = cell.get("cost") or {}, cell.get("metrics") or {}
+    parameters = cell.get("parameters") or {}
+    certificate = cell.get("certificate")
+    return {
+        "environment": cell.get("environment") or parameters.get("env") or "",
+        "parameters": "  ".join(f"{k}={_plain(v)}" for k, v in parameters.items() if k != "env"),
+        "gpu_ms": cost.get("gpu_ms"),
+        "reference_spp": cost.get("reference_spp"),
+        "reference_s": cost.get("reference_s"),
+        "cached": cost.get("cached"),
+        "certificate": "" if not certificate else "passed" if certificate.get("passed") else "failed",
+        **{name: metrics.get(name) for name in ("rel_rmse", "rel_bias", "flip", "ssim")},
+    }
+
+
+def _host(host: Mapping) -> list[tuple[str, str]]:
+    names = {"gl_renderer": "GPU side", "mitsuba": "Mitsuba", "variant": "variant", "drjit": "Dr.Jit", "llvm": "LLVM",
+             "cpu": "processor", "git": "revision"}  # fmt: skip
+    return [(names[key], _plain(host[key])) for key in names if host.get(key)]
+
+
+def _write_static(folder: Path) -> None:
+    """Our own style and script, FlipBook from the installed package, and its licence beside it."""
+    package = Path(importlib.util.find_spec("simpleimageio").submodule_search_locations[0])
+    licence = next(f for f in importlib.metadata.files("simpleimageio") or [] if f.name == "LICENSE")
+    sources = {"flipbook.js": package / "flipbook.js", "flipbook.LICENSE.txt": Path(licence.locate())}
+    for file in importlib.resources.files("evalsuite.report").joinpath("static").iterdir():
+        sources[file.name] = Path(str(file))
+    for name, source in sources.items():
+        target = folder / name
+        if not (target.exists() and target.read_bytes() == source.read_bytes()):
+            with replacing(target) as temporary:
+                shutil.copyfile(source, temporary)
+
+
+def _remove_stale(folder: Path, keep: set[str]) -> None:
+    for path in folder.iterdir() if folder.is_dir() else ():
+        name = path.name if path.is_dir() else path.stem
+        if name not in keep and re.search(r"-[0-9a-f]{8}$", name):
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
