@@ -132,11 +132,11 @@ def sunsky() -> Map:
 
 
 def office() -> Map:
-    return path_traced("office", samples=2048)
+    return path_traced("office", samples=4096)
 
 
 def cathedral() -> Map:
-    return path_traced("cathedral", samples=4096)
+    return path_traced("cathedral", samples=8192)
 
 
 def path_traced(room: str, samples: int, width: int = 512, height: int = 256) -> Map:
