@@ -19,7 +19,7 @@ from evalsuite.scene.model import Environment, Material, Scene
 if TYPE_CHECKING:
     from evalsuite.gpu.environment import GpuEnvironment
 
-_FIT_PIXELS = 1500
+_FIT_PIXELS = 800
 _FIT_FACE_SIZE = 32
 
 
@@ -52,7 +52,7 @@ def uniforms(material: Material, settings: Settings) -> dict[str, object]:
 
 def fit(scene: Scene, env: GpuEnvironment, settings: Settings) -> dict[str, float] | None:
     """The Phong exponent whose unclipped lobe about r comes nearest to what the look-up returned, in the least squares of
-    radiance over at most 1500 pixels: {exponent, rel_rmse (of the mean look-up), pixels, mean_lambda}. None under a constant
+    radiance over at most 800 pixels: {exponent, rel_rmse (of the mean look-up), pixels, mean_lambda}. None under a constant
     map, which every lobe fits."""
     direction, lod, mask = _reflection(scene, settings["face_size"])
     pixels = np.flatnonzero(mask)

@@ -51,9 +51,11 @@ def test_shader_is_its_twin(name, subject, given, make):
     assert front.sum() > 500 and twin[front].mean() > 0.05
     difference = np.abs(picture[mask] - twin)[front] / twin[front].mean()
     if name == "glossy-boxmip":
-        # llvmpipe's log₂ for λ is up to 0.043 short: that much of the step between two MIP levels of the map.
-        bound = 1e-5 if make() is FURNACE else 0.15
-        assert difference.mean() < 0.01
+        # llvmpipe's log₂ for λ is up to 0.043 short: that much of the step between two MIP levels of the map. GPUs take
+        # more of the latitude that OpenGL leaves (8.14.1): any footprint between the longer side and the sum of both.
+        exact = context.is_software(context.get())
+        bound = 1e-5 if env is FURNACE else (0.15 if exact else 0.4)
+        assert difference.mean() < (0.01 if exact else 0.04)
     elif context.is_software(context.get()):
         bound = 2e-4  # float32 coordinates of r and of the resampled map, against white noise
     else:
