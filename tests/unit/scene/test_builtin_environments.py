@@ -62,7 +62,9 @@ def test_sound(name: str) -> None:
 def test_made_anew_it_is_the_shipped_one(name: str, tmp_path: Path) -> None:
     make_environment(name, tmp_path / "again.exr")
     # not bit for bit: sin and cos may differ by a last bit between processors
-    np.testing.assert_allclose(read(tmp_path / "again.exr"), read(environment_path(name)), rtol=1e-3 if name == "overcast" else 1e-6, atol=1e-6)
+    np.testing.assert_allclose(
+        read(tmp_path / "again.exr"), read(environment_path(name)), rtol=1e-3 if name == "overcast" else 1e-6, atol=1e-6
+    )
 
 
 def test_furnace_is_one() -> None:
@@ -107,13 +109,17 @@ def test_coloured_cube_has_six_flat_faces_and_crisp_edges() -> None:
     np.testing.assert_array_equal(near_edge, centres)
     saturation = 1 - centres.min(1) / centres.max(1)
     assert saturation.min() > 0.9
-    each = [(radiance("coloured-cube") == colour).all(-1, keepdims=True) * weights("coloured-cube") for colour in centres]
+    each = [
+        (radiance("coloured-cube") == colour).all(-1, keepdims=True) * weights("coloured-cube") for colour in centres
+    ]
     np.testing.assert_allclose([solid_angle.sum() for solid_angle in each], 4 * np.pi / 6, rtol=0.02)
 
 
 def test_overcast_irradiance_from_the_sky() -> None:
     up = np.array([0.0, 1.0, 0.0])
-    np.testing.assert_allclose(irradiance("overcast", up), 7 * np.pi / 9, rtol=1e-3)  # half floats, texels at the horizon
+    np.testing.assert_allclose(
+        irradiance("overcast", up), 7 * np.pi / 9, rtol=1e-3
+    )  # half floats, texels at the horizon
     np.testing.assert_allclose(irradiance("overcast", -up), 0.2 * 7 * np.pi / 9, rtol=1e-3)
     np.testing.assert_allclose(latlong_lookup(radiance("overcast"), up), 1)
 
@@ -137,7 +143,9 @@ def test_sunsky_holds_the_suns_energy() -> None:
     import drjit as dr
 
     sky = mi.load_dict({"type": "sunsky", "sun_direction": [SUN[0], -SUN[2], SUN[1]], "turbidity": 7.0})
-    angle, azimuth = np.meshgrid((np.arange(3000) + 0.5) / 3000 * np.radians(1.5), (np.arange(16) + 0.5) / 16 * 2 * np.pi)
+    angle, azimuth = np.meshgrid(
+        (np.arange(3000) + 0.5) / 3000 * np.radians(1.5), (np.arange(16) + 0.5) / 16 * 2 * np.pi
+    )
     across = np.cross(SUN, [0.0, 1.0, 0.0])
     across /= np.linalg.norm(across)
     ring = np.cos(azimuth)[..., None] * across + np.sin(azimuth)[..., None] * np.cross(SUN, across)
@@ -147,7 +155,9 @@ def test_sunsky_holds_the_suns_energy() -> None:
     values = np.array(sky.eval(si)).reshape(3, -1)
     expected = (values * np.sin(angle).ravel()).sum(1) * np.radians(1.5) / 3000 * 2 * np.pi / 16
     cap = (latlong_directions(*radiance("sunsky").shape[:2]) @ SUN > np.cos(np.radians(1.5)))[..., None]
-    np.testing.assert_allclose((radiance("sunsky") * weights("sunsky") * cap).sum((0, 1)), expected, rtol=0.01)  # 256 samples a texel
+    np.testing.assert_allclose(
+        (radiance("sunsky") * weights("sunsky") * cap).sum((0, 1)), expected, rtol=0.01
+    )  # 256 samples a texel
 
 
 def test_cathedral_is_dark_with_a_high_range() -> None:
@@ -163,10 +173,11 @@ def test_office_is_evenly_lit() -> None:
     assert np.median(y) > 0.3 * mean
 
 
-@pytest.mark.parametrize("name", ["office", "cathedral"])
-def test_rooms_are_low_in_noise(name: str) -> None:
-    """Second differences along u, which a smooth wall has none of: their median is the noise (of a difference, √6 σ)."""
-    y, _ = mean_luminance(name)
+@pytest.mark.parametrize("name, most", [("office", 0.03), ("cathedral", 0.07)])
+def test_rooms_are_low_in_noise(name: str, most: float) -> None:
+    """On ceiling and vaults, which vary smoothly: second differences along u have √6 times the noise's standard deviation.
+    Both renderers light with the same texels, noise and all, so it costs no accuracy; it only must not dominate the map."""
+    y = mean_luminance(name)[0][40:60]
     second = np.abs(np.roll(y, 1, 1) - 2 * y + np.roll(y, -1, 1)) / np.sqrt(6)
-    relative = np.median(second / np.maximum(y, 1e-6)) / 0.6745  # median |x| of a unit normal
-    assert relative < 0.05
+    relative = np.median(second / y) / 0.6745  # the median |x| of a unit normal
+    assert 1e-4 < relative < most

@@ -56,7 +56,8 @@ def test_generator_writes_the_shipped_bytes(generator: ModuleType, name: str) ->
 
 
 @pytest.mark.parametrize(
-    "name, vertices, triangles", [("sphere72", 71 * 72 + 2, 2 * 71 * 72), ("torus", 144 * 72, 2 * 144 * 72), ("organic", 10242, 20480)]
+    "name, vertices, triangles",
+    [("sphere72", 71 * 72 + 2, 2 * 71 * 72), ("torus", 144 * 72, 2 * 144 * 72), ("organic", 10242, 20480)],
 )
 def test_counts(name: str, vertices: int, triangles: int) -> None:
     positions, _, faces = read_ply(name)
@@ -97,6 +98,6 @@ def test_sphere_and_torus_lie_on_their_surfaces() -> None:
     np.testing.assert_allclose(normals, (positions - spine) / 0.4, atol=1e-5)
 
 
-def test_teapot_and_still_life_objects_stand_on_the_ground() -> None:
+def test_teapot_stands_on_the_ground() -> None:
     positions, _, _ = read_ply("teapot")
     assert abs(positions[:, 1].min()) < 2e-3
