@@ -35,7 +35,7 @@ def define_lobe_bsdf(name: str, lobe: type[Lobe]) -> type:
     """The plugin class for the active Mitsuba variant (each variant has base classes of its own).
 
     Parameters: specular_reflectance k_s (RGB or texture, 1), diffuse_reflectance k_d (RGB or texture, 0), exponent (50).
-    Constructing it raises EvalsuiteError for an exponent that is negative or not finite.
+    Constructing it raises EvalsuiteError for an exponent that is negative or not finite, and for reflectances outside [0, 1].
     """
     import drjit as dr
     import mitsuba as mi
@@ -46,6 +46,10 @@ def define_lobe_bsdf(name: str, lobe: type[Lobe]) -> type:
             exponent = float(props.get("exponent", 50.0))
             if not (math.isfinite(exponent) and exponent >= 0.0):
                 raise EvalsuiteError(name, f"exponent {exponent:g}", "a finite exponent ≥ 0")
+            for key in ("specular_reflectance", "diffuse_reflectance"):
+                # Mitsuba itself checks colours, but not single numbers.
+                if isinstance(props.get(key), float | int) and not 0.0 <= props[key] <= 1.0:
+                    raise EvalsuiteError(name, f"{key} {props[key]:g}", "a reflectance between 0 and 1")
             self.specular = props.get_texture("specular_reflectance", 1.0)
             self.diffuse = props.get_texture("diffuse_reflectance", 0.0)
             self.exponent = mi.Float(exponent)
