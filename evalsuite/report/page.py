@@ -67,29 +67,33 @@ def write(results: Mapping, directory: Path) -> Path:
     return index
 
 
-def number(value: float | None, unit: str = "", digits: int = 3) -> str:
-    """A figure for a table: significant digits, a true minus, — for none."""
+def number(value: float | None, unit: str = "", digits: int = 3, resolve: float = 0.0) -> str:
+    """A figure for a table: significant digits, more if needed to show a difference of `resolve`; — for none."""
     if value is None or not math.isfinite(value):
         return "—"
-    value = 100 * value if unit == "%" else value
-    magnitude = abs(value)
+    factor = 100 if unit == "%" else 1
+    magnitude = abs(value) * factor
     if magnitude == 0:
         text = "0"
     elif 1e-3 <= magnitude < 1e5:
-        text = f"{magnitude:.{max(0, digits - 1 - math.floor(math.log10(magnitude)))}f}"
+        decimals = digits - 1 - math.floor(math.log10(magnitude))
+        if resolve > 0:
+            decimals = max(decimals, min(-math.floor(math.log10(resolve * factor)), 6))
+        text = f"{magnitude:.{max(0, decimals)}f}"
     else:
         text = f"{magnitude:.{digits - 1}e}"
     return ("−" if value < 0 and text.strip("0.") else "") + text + (f" {unit}" if unit else "")
 
 
 def interval(metric: Mapping | None, unit: str = "") -> str:
-    """[lo … hi]; an open end is ∞."""
+    """lo … hi, with enough digits to tell them apart; an open end is ∞."""
     if not metric:
         return ""
     lo, hi = metric["ci95"]
     if lo == hi and lo is not None:
         return "no interval"
-    first, last = (number(v, unit).replace(f" {unit}", "") for v in (lo, hi))
+    width = hi - lo if lo is not None and hi is not None else 0.0
+    first, last = (number(v, unit, resolve=width).replace(f" {unit}", "") for v in (lo, hi))
     return f"{'−∞' if lo is None else first} … {'∞' if hi is None else last}"
 
 
@@ -119,7 +123,7 @@ def _row(cell: Mapping) -> dict[str, object]:
     certificate = cell.get("certificate")
     return {
         "environment": cell.get("environment") or parameters.get("env") or "",
-        "parameters": "  ".join(f"{k}={_plain(v)}" for k, v in parameters.items() if k != "env"),
+        "parameters": "\n".join(f"{k} = {_plain(v)}" for k, v in parameters.items() if k != "env"),
         "gpu_ms": cost.get("gpu_ms"),
         "reference_spp": cost.get("reference_spp"),
         "reference_s": cost.get("reference_s"),

@@ -65,7 +65,7 @@ class Scale:
 def diverging(limit: float, caption: str, percent: bool = False) -> Scale:
     """Signed values about 0: blue where the image is too dark, red where it is too bright."""
     stops = tuple((limit * v, c) for v, c in _DIVERGING)
-    ticks = tuple((limit * t, _signed(limit * t, percent)) for t in (-1, -0.5, 0, 0.5, 1))
+    ticks = tuple((limit * t, _signed(limit * t, percent)) for t in (-1, 0, 1))
     return Scale(stops, ticks, caption)
 
 

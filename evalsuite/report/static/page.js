@@ -169,30 +169,29 @@ const evalsuite = (() => {
       initialTMOOverrides: data.pictures.map((picture) => picture.tmo),
       hideTools: true,
     });
-    requestAnimationFrame(() => requestAnimationFrame(() => settle(viewer, host)));
+    while (host.isConnected && host.querySelectorAll("canvas").length < pixels.length) await new Promise(requestAnimationFrame);
+    settle(viewer, host); // React has drawn by now
   }
 
-  // Once React has drawn: the page's tab order instead of FlipBook's positive tab indices, and the strip follows its choice.
+  // The page's tab order instead of FlipBook's positive tab indices, names for its canvases, and a strip that follows its choice.
   function settle(viewer, host) {
-    for (const element of host.querySelectorAll("[tabindex]")) element.tabIndex = element.tabIndex === 2 ? 0 : -1;
-    const canvases = [...host.querySelectorAll("canvas")];
-    const buttons = [...viewer.parentElement.querySelectorAll(".strip button")];
-    canvases.forEach((canvas, i) => {
-      canvas.setAttribute("role", "img");
-      canvas.setAttribute("aria-label", buttons[i]?.querySelector("img").alt ?? "");
-    });
+    const buttons = [...viewer.closest(".cell").querySelectorAll(".strip button")];
     const follow = () => {
-      const selected = canvases.findIndex((canvas) => getComputedStyle(canvas).display !== "none");
-      buttons.forEach((button, i) => button.setAttribute("aria-pressed", String(i === selected)));
+      for (const element of host.querySelectorAll("[tabindex]")) if (element.tabIndex > 0) element.tabIndex = element.tabIndex === 2 ? 0 : -1;
+      host.querySelectorAll("canvas").forEach((canvas, i) => {
+        canvas.setAttribute("role", "img");
+        canvas.setAttribute("aria-label", buttons[i].querySelector("img").alt);
+        buttons[i].setAttribute("aria-pressed", String(getComputedStyle(canvas).display !== "none"));
+      });
     };
-    new MutationObserver(follow).observe(host, { subtree: true, attributes: true, attributeFilter: ["class"] });
+    new MutationObserver(follow).observe(host, { subtree: true, childList: true, attributeFilter: ["class"] });
+    follow();
   }
 
   document.addEventListener("click", (event) => {
     const picture = event.target.closest(".strip button");
     if (picture && open) {
       flipbook.UpdateFlipGroupSelection(open.slug, Number(picture.dataset.index));
-      for (const other of picture.closest(".strip").querySelectorAll("button")) other.setAttribute("aria-pressed", String(other === picture));
     }
     const copy = event.target.closest(".copy");
     if (copy) copyText(copy);

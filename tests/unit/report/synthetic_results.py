@@ -66,7 +66,12 @@ def cell(directory: Path, scene: str, technique: str, exponent: float, status: s
     compared = compare(image, reference, sigma, halves, mask)
     maps = {"image": image, "reference": reference, "standard_error": sigma, "mask": mask}
     if status == "scored":
-        maps |= {"error": compared.difference, "relative": compared.relative, "zscore": compared.zscore, "flip": compared.flip_map}
+        maps |= {
+            "error": compared.difference,
+            "relative": compared.relative,
+            "zscore": compared.zscore,
+            "flip": compared.flip_map,
+        }
         result |= compared.to_json() | {"notes": ["a note"]}
         result["cost"] = {"gpu_ms": 12.5, "reference_s": 3.25, "reference_spp": 256, "cached": True}
     else:
