@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
+from evalsuite.gpu import camera as gl_camera
 from evalsuite.gpu import worker
 from evalsuite.scene.model import Camera
 
@@ -19,6 +21,20 @@ def _rays(view: Camera, s: int):
     fx, fy = (px + x) / film[0] + view.principal_point[0], (py + y) / film[1] + view.principal_point[1]
     local = np.stack([(1 - 2 * fx) / c, (1 - 2 * fy) * film[1] / film[0] / c, np.ones_like(fx)], -1)
     return view.to_world[:3, 3], local @ view.to_world[:3, :3].T
+
+
+@pytest.mark.parametrize("subsample", [(0.5, 0.5), (0.125, 0.875)])
+def test_clip_matrix_and_view_rays_bring_a_sub_sample_to_its_pixels_centre(subsample):
+    view = Camera(look_at((1, 2, 4)), 40.0, (64, 48), (8, 4, 48, 40), (0.03, 0.02))
+    px, py = 10 + subsample[0], 7 + subsample[1]
+    c = 1 / np.tan(np.radians(40.0) / 2)
+    local = [(1 - 2 * ((px + 8) / 64 + 0.03)) / c, (1 - 2 * ((py + 4) / 48 + 0.02)) * 48 / 64 / c, 1.0]
+    point = view.to_world @ np.array([*(3.0 * x for x in local), 1.0])
+    clip = gl_camera.world_to_clip(view, 0.1, 100.0, subsample) @ point
+    window = (clip[:2] / clip[3] + 1) / 2 * [48, 40]  # rows run upwards
+    np.testing.assert_allclose(window, [10.5, 40 - 7.5], atol=1e-9)
+    start, step = gl_camera.view_rays(view, subsample)
+    np.testing.assert_allclose(start + step * window, local[:2], atol=1e-12)
 
 
 def test_a_sphere_is_where_rays_meet_it():

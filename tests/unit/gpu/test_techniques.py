@@ -150,6 +150,14 @@ def test_brute_force_standard_error_falls_with_samples():
     assert (few.standard_error[few.scored == 0] == 0).all()
 
 
+def test_brute_force_counts_every_sample_of_a_long_run():
+    """llvmpipe leaves a shader's loops after 65535 turns in all, unsaid: the error would be divided by samples never taken."""
+    s = scene(noise(), material("diffuse", reflectance=ALBEDO), size=(8, 8))
+    few, many = (worker.render(s, "brute-force", {"samples": n}, 1) for n in (4096, 65536))
+    whole = few.scored == 1
+    assert few.standard_error[whole].mean() / many.standard_error[whole].mean() == pytest.approx(4, rel=0.1)
+
+
 def test_brute_force_needs_two_pairs_a_sub_sample():
     with pytest.raises(EvalsuiteError, match="at least 64"):
         worker.render(scene(FURNACE, material("diffuse")), "brute-force", {"samples": 32}, 4)
