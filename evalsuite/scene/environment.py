@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
+import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -106,8 +109,7 @@ def _read_exr(path: Path) -> NDArray[np.float32]:
 
     damaged = "a complete OpenEXR picture"
     try:
-        # OpenEXR's module prints a warning where it should raise.
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        with _silence():
             with OpenEXR.File(str(path), separate_channels=True, header_only=True) as file:
                 header = file.parts[0].header
                 (x0, y0), (x1, y1) = (tuple(int(i) for i in corner) for corner in header["dataWindow"])
@@ -125,6 +127,25 @@ def _read_exr(path: Path) -> NDArray[np.float32]:
         first_line = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise EvalsuiteError(path, f"'{first_line}'", damaged, "the file is truncated or damaged") from error
     return _rgb(path, channels, (y1 - y0 + 1, x1 - x0 + 1))
+
+
+@contextlib.contextmanager
+def _silence() -> Iterator[None]:
+    """OpenEXR's library and its Python module print warnings where the one should keep quiet and the other raise."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    kept = [os.dup(1), os.dup(2)]
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 1)
+        os.dup2(nowhere, 2)
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            yield
+    finally:
+        for number, copy in zip((1, 2), kept, strict=True):
+            os.dup2(copy, number)
+        for descriptor in (*kept, nowhere):
+            os.close(descriptor)
 
 
 def _rgb(path: Path, channels: dict[str, NDArray], shape: tuple[int, int]) -> NDArray[np.float32]:
