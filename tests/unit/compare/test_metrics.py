@@ -17,7 +17,6 @@ from evalsuite.compare.perceptual import MAX_EXPOSURES, view_of
 from evalsuite.errors import EvalsuiteError
 from evalsuite.image.color import luminance, tone_map
 
-
 MAPS = ("difference", "relative", "zscore", "flip_map")
 
 
