@@ -7,6 +7,7 @@ Needs an active Mitsuba variant with our plugins (`reference.variants.activate`)
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -52,7 +53,6 @@ class LoadedScene:
 def load(source: SceneSource) -> LoadedScene:
     """Load a scene. Raises EvalsuiteError, with file and line, for anything that Mitsuba cannot load or nothing here draws;
     what Mitsuba alone can draw is listed in `Scene.refused`, `Scene.mitsuba_only` and `Material.undrawable`."""
-    import mitsuba as mi
 
     parsed = ParsedScene(source)
     if not parsed.children(0, "Sensor"):
@@ -61,56 +61,67 @@ def load(source: SceneSource) -> LoadedScene:
         raise EvalsuiteError(source.path, "no shapes", "at least one shape", 'add one, e.g. <shape type="sphere"/>')
     refused, mitsuba_only = _survey(parsed)
     environment = _environment(parsed)
+    camera, sensor = _camera(source, refused)
+
     for index in parsed.children(0, "Emitter"):
         if parsed.plugin(index) in ENVIRONMENTS:
             parsed.remove_child(0, index)
-    camera, sensor = _camera(source, refused)
-
-    original = parsed.instantiate()
     materials: list[Material] = []
     bsdfs: list[Any] = []
     meshes: list[TriangleMesh] = []
-    objects: list[tuple[Any, int]] = []  # each with its material, or −1
-    for shape in original.shapes():
-        index = parsed.ids.get(shape.id())
-        triangles = None if index is None or _has_medium(parsed, index) else shape_triangles(shape, parsed.plugin(index))
-        if triangles is None:
-            objects.append((shape, -1))
+    shapes: dict[str, Any] = {}
+    for shape in parsed.instantiate().shapes():
+        name = shape.id()
+        index = parsed.ids.get(name)
+        if index is None or index not in parsed.children(0) or _has_medium(parsed, index):
             continue
-        material = _material(parsed, index, shape, materials, bsdfs)
+        triangles = shape_triangles(shape, parsed.plugin(index))
+        if triangles is None:
+            continue
         mesh = TriangleMesh(
-            name=shape.id(),
+            name=name,
             positions=np.ascontiguousarray(triangles.positions, np.float32),
             normals=np.ascontiguousarray(triangles.normals, np.float32),
             faces=np.ascontiguousarray(triangles.faces, np.uint32),
             uvs=None if triangles.uvs is None else np.ascontiguousarray(triangles.uvs, np.float32),
-            material=material,
+            material=_material(parsed, index, name, shape.bsdf(), materials, bsdfs),
         )
         meshes.append(mesh)
         if parsed.plugin(index) in CANONICAL:
             lights = parsed.children(index, "Emitter")
             emitter = ParsedScene(source).instantiate(lights[0]) if lights else None
             shape = mitsuba_mesh(mesh, shape.bsdf(), emitter)
-        objects.append((shape, material))
+        shapes[name] = shape
 
-    parts = {f"object-{i}": shape for i, (shape, _) in enumerate(objects)}
-    owners = {f"object-{i}": material for i, (_, material) in enumerate(objects)}
-    parts |= {f"emitter-{i}": e for i, e in enumerate(original.emitters()) if not e.get_shape()}
-    if environment is not None:
-        parts["environment"] = environment_plugin(environment)
-    built = mi.load_dict({"type": "scene", "sensor": sensor, **parts}, optimize=False)
+    built = _rebuild(source, sensor, shapes, environment)
+    owners = {mesh.name: mesh.material for mesh in meshes}
     scene = Scene(
-        source.path.stem,
-        source.path,
-        camera,
-        tuple(meshes),
-        tuple(materials),
-        environment,
-        tuple(mitsuba_only),
-        tuple(refused),
+        name=source.path.stem,
+        path=source.path,
+        camera=camera,
+        meshes=tuple(meshes),
+        materials=tuple(materials),
+        environment=environment,
+        mitsuba_only=tuple(mitsuba_only),
+        refused=tuple(refused),
         subject=tuple(m.id for m in materials if m.id == SUBJECT),
     )
     return LoadedScene(scene, tuple(bsdfs), built, tuple(owners.get(s.id(), -1) for s in built.shapes()))
+
+
+def _rebuild(source: SceneSource, sensor: Any, shapes: Mapping[str, Any], environment: Environment | None) -> Any:
+    """Mitsuba scene of our sensor, environment and shapes, and of what only Mitsuba draws, made from the file once more."""
+    parsed = ParsedScene(source)
+    kept = {i for i in parsed.children(0) if parsed.kind(i) in ("Shape", "Emitter") and parsed.plugin(i) not in ENVIRONMENTS}
+    kept -= {parsed.ids[name] for name in shapes}
+    for index in set(parsed.children(0)) - kept:
+        parsed.remove_child(0, index)
+    parsed.put(0, "our-sensor", sensor)
+    for number, shape in enumerate(shapes.values()):
+        parsed.put(0, f"our-shape-{number}", shape)
+    if environment is not None:
+        parsed.put(0, "our-environment", environment_plugin(environment))
+    return parsed.instantiate()
 
 
 def environment_plugin(environment: Environment) -> Any:
@@ -146,21 +157,21 @@ def _has_medium(parsed: ParsedScene, index: int) -> bool:
     return bool(parsed.children(index, "Medium"))
 
 
-def _material(parsed: ParsedScene, shape_index: int, shape: Any, materials: list[Material], bsdfs: list[Any]) -> int:
+def _material(parsed: ParsedScene, shape: int, shape_name: str, bsdf: Any, materials: list[Material], bsdfs: list[Any]) -> int:
     """Index of a shape's material; a BSDF that several shapes share is filed once."""
-    nodes = parsed.children(shape_index, "BSDF")
+    nodes = parsed.children(shape, "BSDF")
     node = nodes[0] if nodes else None
-    name = parsed.nodes[node].props.id() if node is not None else f"diffuse of {shape.id()}"
+    name = parsed.nodes[node].props.id() if node is not None else f"diffuse of {shape_name}"
     if node is not None and parsed.plugin(node) == "twosided":
         # A generated name says less than the one the author gave to what is inside.
         inner = [parsed.nodes[i].props.id() for i in parsed.children(node, "BSDF")]
-        if name.startswith("twosided-") and inner and not inner[0].startswith(f"{parsed.plugin(parsed.ids[inner[0]])}-"):
+        if name not in parsed.named and inner[:1] and inner[0] in parsed.named:
             name = inner[0]
     for i, known in enumerate(materials):
         if known.id == name:
             return i
-    materials.append(describe_material(parsed, node, shape.bsdf(), name))
-    bsdfs.append(shape.bsdf())
+    materials.append(describe_material(parsed, node, bsdf, name))
+    bsdfs.append(bsdf)
     return len(materials) - 1
 
 
@@ -201,7 +212,7 @@ def _constant(parsed: ParsedScene, index: int, emitter: Any) -> Environment:
         raise EvalsuiteError(parsed.location(index), "a constant emitter with a texture", "one radiance")
     value = np.ravel(np.array(parameters["radiance.value"], dtype=np.float64))
     radiance = np.broadcast_to(value, (1, 1, 3))
-    return replace(clean_environment(radiance, "constant", parsed.source.repair_environment))
+    return clean_environment(radiance, "constant", parsed.source.repair_environment)
 
 
 def _rotation(parsed: ParsedScene, index: int) -> NDArray[np.float64]:
@@ -236,7 +247,7 @@ def _camera(source: SceneSource, refused: list[str]) -> tuple[Camera, Any]:
             refused.append(f"a medium about the sensor '{plugin}' ({parsed.location(index)})")
         elif parsed.kind(child) in ("Film", "Sampler"):
             parsed.remove_child(index, child)
-    parsed.nodes[index].props["film"] = mi.load_dict(
+    film = mi.load_dict(
         {
             "type": "hdrfilm",
             "width": size[0],
@@ -250,8 +261,9 @@ def _camera(source: SceneSource, refused: list[str]) -> tuple[Camera, Any]:
             "rfilter": {"type": "box"},
         }
     )
+    parsed.put(index, "film", film)
     # Stratified over the pixel and each two-dimensional decision; `reference.render` sets the sample count of a pass.
-    parsed.nodes[index].props["sampler"] = mi.load_dict({"type": "multijitter", "sample_count": 64})
+    parsed.put(index, "sampler", mi.load_dict({"type": "multijitter", "sample_count": 64}))
     sensor = parsed.instantiate(index)
     parameters = mi.traverse(sensor)
     transform = properties.get("to_world")

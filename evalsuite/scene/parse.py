@@ -32,19 +32,27 @@ class ParsedScene:
         self.config = mi.parser.ParserConfig(mi.variant())
         # Shapes and BSDFs stay apart, so that each keeps its id, its line and its own material.
         self.config.merge_meshes = self.config.merge_equivalent = False
-        with self._mitsuba_errors():
-            self.state = mi.parser.parse_file(self.config, str(self.path))
-            mi.parser.transform_all(self.config, self.state)
+        self.state = self._parse()
         self.nodes = self.state.nodes
-        if self.nodes[0].props.plugin_name() != "scene":
-            raise EvalsuiteError(self.path, f"<{self.nodes[0].props.plugin_name()}>", "<scene> at the root")
+        # Read from a second parse: reading a property counts as its use, and `instantiate` reports those that nobody used.
+        read = self._parse()
+        self._plugins = [node.props.plugin_name() for node in read.nodes]
+        self._locations = [mi.parser.file_location(read, node) for node in read.nodes]
+        self._links = [self._links_of(node.props) for node in read.nodes]
+        self._properties = [
+            {key: node.props[key] for key in node.props.keys() if key not in links}
+            for node, links in zip(read.nodes, self._links, strict=True)
+        ]
+        if self._plugins[0] != "scene":
+            raise EvalsuiteError(self.path, f"<{self._plugins[0]}>", "<scene> at the root")
         self.ids = self._name_nodes()
-        self._links = [self._links_of(node.props) for node in self.nodes]
         self._bind(source.bindings)
-        # Taken down now: `instantiate` turns the nodes' links into objects.
-        self._plugins = [node.props.plugin_name() for node in self.nodes]
-        self._properties = [self._plain_properties(node.props) for node in self.nodes]
-        self._locations = [mi.parser.file_location(self.state, node) for node in self.nodes]
+
+    def _parse(self) -> Any:
+        with self._mitsuba_errors():
+            state = self.mi.parser.parse_file(self.config, str(self.path))
+            self.mi.parser.transform_all(self.config, state)
+        return state
 
     def kind(self, index: int) -> str:
         """'Shape', 'BSDF', 'Emitter', …"""
@@ -70,11 +78,15 @@ class ParsedScene:
             del self.nodes[parent].props[key]
             del self._links[parent][key]
 
+    def put(self, index: int, key: str, value: Any) -> None:
+        """Set a property, plain or an object of Mitsuba's."""
+        self.nodes[index].props[key] = value
+
     def instantiate(self, index: int = 0) -> Any:
         """The object of a node; uses this parse up. Raises EvalsuiteError with file and line."""
+        self._resolve_files(index)
         if index:
             self.nodes[0] = self.nodes[index]
-        self._resolve_files()
         with self._mitsuba_errors():
             return self.mi.parser.instantiate(self.config, self.state)
 
@@ -83,13 +95,10 @@ class ParsedScene:
         link = self.mi.Properties.ResolvedReference
         return {k: props[k].index() for k in props.keys() if isinstance(props[k], link)}
 
-    def _plain_properties(self, props: Any) -> dict[str, Any]:
-        link = self.mi.Properties.ResolvedReference
-        return {k: props[k] for k in props.keys() if not isinstance(props[k], link)}
-
     def _name_nodes(self) -> dict[str, int]:
         """id → index; nodes without one are called <plugin>-<n>."""
         ids = {node.props.id(): i for i, node in enumerate(self.nodes) if node.props.id()}
+        self.named = set(ids)
         counts: dict[str, int] = {}
         for i, node in enumerate(self.nodes):
             if node.props.id():
@@ -115,7 +124,7 @@ class ParsedScene:
                 )
             if not isinstance(plugin.get("type"), str):
                 raise EvalsuiteError(f"binding '{name}'", f"{dict(plugin)}", "a plugin dictionary with a 'type'")
-            if self.nodes[index].props.plugin_name() == "twosided" and plugin["type"] != "twosided":
+            if self.plugin(index) == "twosided" and plugin["type"] != "twosided":
                 inner = self.children(index, "BSDF")
                 for other in inner[1:]:
                     self.remove_child(index, other)
@@ -123,11 +132,11 @@ class ParsedScene:
             props = self.nodes[index].props
             for key in list(props.keys()):
                 del props[key]
-            self._links[index] = {}
             props.set_plugin_name(plugin["type"])
-            for key, value in plugin.items():
-                if key != "type":
-                    props[key] = self._plain(name, key, value)
+            values = {key: self._plain(name, key, value) for key, value in plugin.items() if key != "type"}
+            for key, value in values.items():
+                props[key] = value
+            self._plugins[index], self._properties[index], self._links[index] = plugin["type"], values, {}
 
     def _plain(self, name: str, key: str, value: object) -> object:
         if isinstance(value, bool | str):
@@ -140,9 +149,9 @@ class ParsedScene:
         except (TypeError, ValueError) as error:
             raise EvalsuiteError(f"binding '{name}'", f"{key} = {value!r}", "a number, three numbers or a string") from error
 
-    def _resolve_files(self) -> None:
-        """Make the files of all nodes still in use absolute, relative ones against the XML's folder first."""
-        pending, seen = [0], set()
+    def _resolve_files(self, root: int) -> None:
+        """Make the files of all nodes below root absolute, relative ones against the XML's folder first."""
+        pending, seen = [root], set()
         while pending:
             index = pending.pop()
             if index in seen:
@@ -154,7 +163,7 @@ class ParsedScene:
 
     def file(self, index: int) -> Path:
         """Absolute path of a node's `filename`. Raises EvalsuiteError when there is no such file."""
-        name = str(self.nodes[index].props["filename"])
+        name = str(self.properties(index)["filename"])
         path = self.path.parent / name  # an absolute name stays as it is
         if not path.exists():
             with self._scene_folder():

@@ -63,17 +63,23 @@ def _tessellated(shape: Any, plugin: str) -> Triangles:
     import mitsuba as mi
 
     matrix = np.array(mi.traverse(shape)["to_world"].matrix, dtype=np.float64).reshape(4, 4)
-    # Mitsuba's disk ignores mirroring but not flip_normals; sphere and cylinder take both for a flip.
-    inward = _disk_is_flipped(shape, matrix) if plugin == "disk" else bool(shape.has_flipped_normals())
-    return place(CANONICAL[plugin](), matrix, inward)
+    return place(CANONICAL[plugin](), matrix, _faces_inward(shape, place(CANONICAL[plugin](), matrix, inward=False)))
 
 
-def _disk_is_flipped(shape: Any, matrix: NDArray[np.float64]) -> bool:
-    import drjit as dr
+def _faces_inward(shape: Any, outward: Triangles) -> bool:
+    """Whether Mitsuba's normals oppose the outward ones, asked by a ray: which of mirroring and `flip_normals` count
+    differs from shape to shape, and the shapes' own flags do not always tell."""
     import mitsuba as mi
 
-    seen = np.ravel(np.array(shape.sample_position(mi.Float(0.0), dr.full(mi.Point2f, 0.5, 1)).n))
-    return bool(seen @ (np.linalg.inv(matrix[:3, :3]).T @ [0.0, 0.0, 1.0]) < 0.0)
+    corners = outward.faces[len(outward.faces) // 3]
+    point, normal = outward.positions[corners].mean(axis=0), outward.normals[corners].mean(axis=0)
+    normal /= np.linalg.norm(normal)
+    size = np.linalg.norm(np.ptp(outward.positions, axis=0))
+    ray = mi.Ray3f(mi.Point3f((point + 0.05 * size * normal).tolist()), mi.Vector3f((-normal).tolist()))
+    hit = mi.load_dict({"type": "scene", "shape": shape}, optimize=False).ray_intersect(ray)
+    if not hit.is_valid()[0]:
+        return bool(shape.has_flipped_normals())
+    return bool(np.ravel(np.array(hit.sh_frame.n)) @ normal < 0.0)
 
 
 def _seen_normals(mesh: Any) -> NDArray[np.float64]:
