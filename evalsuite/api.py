@@ -126,8 +126,8 @@ def reference(
 ) -> Reference:
     """Mitsuba ground truth of the scene with the materials that the last `render` of it bound (its own, before any).
 
-    target: `evalsuite list targets`. target_error: relative standard error to reach (rms over the mask, over the mean
-    there). max_spp: cap on samples per pixel. Raises EvalsuiteError for bad input."""
+    target: `evalsuite list targets`. target_error: relative standard error to reach (mean over the mask, over the mean
+    radiance there). max_spp: cap on samples per pixel. Raises EvalsuiteError for bad input."""
     if target not in TARGETS:
         raise unknown("target", target, TARGETS, "`evalsuite list targets`")
     run = _run(Settings(target_error=target_error, cap=max_spp, size=scene.source.size))

@@ -20,7 +20,7 @@ from evalsuite.scene import builtin
 
 Value = float | int | str
 
-#: Relative standard error of the reference: rms of the per-pixel standard error inside the object mask, over the mean
+#: Relative standard error of the reference: mean per-pixel standard error inside the object mask, over the mean
 #: radiance there; and the cap on samples per pixel at which sampling stops in any case (which is then said).
 QUALITY: Mapping[str, tuple[float, int]] = {
     "draft": (0.02, 1 << 12),

@@ -61,7 +61,7 @@ def sample(source: SceneSource, plan: Mapping[str, Any], mask: NDArray[np.bool_]
     """
     path = Path(partial)
     state = render.load_state(path, plan["seed"])
-    passes = render.plan(state, plan["target_error"], plan["cap"], mask) if state else 2
+    passes = render.plan(state, plan["target_error"], plan["cap"], mask) if state else render.MIN_PASSES
     if passes:
         state = render.advance(source, plan["target"], state, min(passes, PASSES_PER_STEP), plan["seed"])
     reached = render.relative_error(state, mask)

@@ -1,0 +1,176 @@
+"""Passes: same bits however they are split, honest standard errors, and when to stop."""
+
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import OpenEXR
+import pytest
+
+from evalsuite.errors import EvalsuiteError
+from evalsuite.reference import render, worker
+from evalsuite.scene.model import SceneSource
+
+
+@pytest.fixture
+def source(tmp_path):
+    texels = np.random.default_rng(3).random((9, 16, 3), dtype=np.float32) ** 4
+    with OpenEXR.File({"type": OpenEXR.scanlineimage}, {"RGB": texels}) as file:
+        file.write(str(tmp_path / "map.exr"))
+    (tmp_path / "scene.xml").write_text("""<scene version="3.0.0">
+      <sensor type="perspective"><float name="fov" value="30"/>
+        <transform name="to_world"><lookat origin="0,0,5" target="0,0,0" up="0,1,0"/></transform>
+        <film type="hdrfilm"><integer name="width" value="24"/><integer name="height" value="20"/></film></sensor>
+      <shape type="sphere"><bsdf type="phong" id="subject"><float name="exponent" value="10"/></bsdf></shape>
+      <emitter type="envmap"><string name="filename" value="map.exr"/></emitter></scene>""")
+    return SceneSource(tmp_path / "scene.xml")
+
+
+def same(a, b):
+    return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in ("even", "odd", "squares")) and a.passes == b.passes
+
+
+def test_resumed_is_identical(source):
+    whole = render.advance(source, "direct", None, 4, seed=5)
+    assert same(render.advance(source, "direct", render.advance(source, "direct", None, 2, seed=5), 2), whole)
+    assert same(render.advance(source, "direct", render.advance(source, "direct", None, 1, seed=5), 3), whole)
+    assert not np.array_equal(render.advance(source, "direct", None, 4, seed=6).mean, whole.mean)
+    assert whole.spp == 4 * whole.pass_spp and whole.seconds > 0
+    first, second = whole.halves
+    np.testing.assert_allclose((first.astype(float) + second) / 2, whole.mean, rtol=1e-6)
+    assert not np.array_equal(first, second)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_bits_do_not_depend_on_process_or_threads(source, threads):
+    code = (
+        "import sys, hashlib\nfrom pathlib import Path\nfrom evalsuite.reference import render\n"
+        "from evalsuite.scene.model import SceneSource\n"
+        "state = render.advance(SceneSource(Path(sys.argv[1])), 'path', None, 3)\n"
+        "print(hashlib.sha256(state.mean.tobytes() + state.standard_error.tobytes()).hexdigest())"
+    )
+    import hashlib
+    import os
+
+    environment = os.environ | {"EVALSUITE_THREADS": str(threads)}
+    command = [sys.executable, "-c", code, str(source.path)]
+    theirs = subprocess.run(command, capture_output=True, text=True, env=environment, check=True).stdout.strip()
+    state = render.advance(source, "path", None, 3)
+    assert theirs == hashlib.sha256(state.mean.tobytes() + state.standard_error.tobytes()).hexdigest()
+
+
+def test_standard_error_is_the_scatter_over_seeds(source):
+    mask = worker.gbuffer(source).coverage == 1
+    states = [render.advance(source, "unoccluded", None, 8, seed) for seed in range(24)]
+    scatter = np.var([s.mean for s in states], axis=0, ddof=1)[mask].astype(float)
+    stated = np.mean([s.standard_error.astype(float) ** 2 for s in states], axis=0)[mask]
+    assert mask.sum() > 100 and scatter.min() > 0
+    # Mean over pixels of a variance from 24 seeds: 1/√(pixels·23/2) of it, widened by pixels of unequal variance.
+    assert scatter.mean() / stated.mean() == pytest.approx(1.0, abs=0.08)
+    # Against the seeds' common mean: unit variance.
+    common = np.mean([s.mean.astype(float) for s in states], axis=0)
+    z = np.array([(s.mean - common) / np.maximum(s.standard_error, 1e-12) for s in states])[:, mask]
+    # Student's t with 7 degrees of freedom has variance 7/5; the common mean takes 1/24 of it.
+    assert z.var() == pytest.approx(7 / 5 * 23 / 24, rel=0.1)
+    # The two halves are as far apart as the standard error says.
+    difference = np.array([(s.halves[0] - s.halves[1]) for s in states])[:, mask].astype(float)
+    assert (difference**2).mean() == pytest.approx(4 * stated.mean(), rel=0.1)
+
+
+def test_standard_error_shrinks_as_passes_grow(source):
+    few = render.advance(source, "unoccluded", None, 16)
+    many = render.advance(source, "unoccluded", few, 48)
+    assert render.relative_error(few) / render.relative_error(many) == pytest.approx(2.0, rel=0.15)
+
+
+def test_one_pass_has_no_error_and_no_halves(source):
+    state = render.advance(source, "direct", None, 1)
+    assert np.isinf(state.standard_error).all()
+    with pytest.raises(EvalsuiteError, match="two"):
+        _ = state.halves
+
+
+def fake(passes, error, mean=2.0, pass_spp=64):
+    """A state of constant mean whose standard error is `error`."""
+    shape = (4, 4, 3)
+    total = np.full(shape, mean * passes)
+    spread = error**2 * passes * (passes - 1) / passes
+    squares = np.full(shape, passes * (mean**2 + spread))
+    return render.RenderState(total / 2, total / 2, squares, pass_spp, passes, 0)
+
+
+def test_relative_error_and_mask():
+    state = fake(16, 0.1)
+    assert render.relative_error(state) == pytest.approx(0.05)
+    state.even[0], state.odd[0] = 0, 0  # black, and noisier
+    mask = np.ones((4, 4), bool)
+    mask[0] = False
+    assert render.relative_error(state, mask) == pytest.approx(0.05)
+    assert render.relative_error(state) > 0.05  # fewer bright pixels in the mean
+    assert render.relative_error(state, np.zeros((4, 4), bool)) == 0.0
+    assert render.relative_error(fake(16, 0.0, mean=0.0)) == 0.0
+
+
+def test_plan():
+    cap = 64 * 1000
+    assert render.plan(fake(2, 1.0), 0.01, cap) == 6  # first look after eight
+    assert render.plan(fake(16, 0.01), 0.005, cap) == 0  # relative error is half of 0.01: reached
+    assert render.plan(fake(16, 0.012), 0.005, cap) == 8  # (0.006 / 0.005)² · 16 = 23.04 → 24
+    assert render.plan(fake(16, 1.0), 0.005, cap) == 16  # at most doubled
+    assert render.plan(fake(16, 1.0), 0.005, 64 * 20) == 4  # the cap
+    assert render.plan(fake(20, 1.0), 0.005, 64 * 20) == 0
+    assert render.plan(fake(16, 0.0, mean=0.0), 0.005, cap) == 0  # black
+
+
+def test_nan_is_reported_not_swept(source, tmp_path):
+    source.path.write_text(
+        source.path.read_text().replace(
+            '<bsdf type="phong" id="subject"><float name="exponent" value="10"/></bsdf>',
+            '<bsdf type="diffuse"><texture type="bitmap" name="reflectance">'
+            '<string name="filename" value="nan.exr"/><boolean name="raw" value="true"/></texture></bsdf>',
+        )
+    )
+    with OpenEXR.File({"type": OpenEXR.scanlineimage}, {"RGB": np.full((4, 4, 3), np.nan, np.float32)}) as file:
+        file.write(str(tmp_path / "nan.exr"))
+    with pytest.raises(EvalsuiteError, match=r"scene\.xml.*NaN or Inf in \d+ pixels of `direct`, pass 0, the first in row"):
+        render.advance(source, "direct", None, 1)
+
+
+def test_worker_steps_to_the_goal_and_resumes(source, tmp_path):
+    plan = {"target": "unoccluded", "target_error": 0.02, "cap": 64 * 64, "seed": 1}
+    mask = worker.gbuffer(source).coverage == 1
+
+    def run(partial, forget=False):
+        while True:
+            step = worker.sample(source, plan, mask, str(partial))
+            if step["done"]:
+                return step
+
+    one = run(tmp_path / "a.npz")
+    assert one["reached_error"] <= 0.02 and not one["capped"] and one["spp"] == 64 * one["passes"]
+    worker.sample(source, plan, mask, str(tmp_path / "b.npz"))  # a run that was killed after its first step …
+    two = run(tmp_path / "b.npz")  # … and taken up again
+    assert np.array_equal(one["mean"], two["mean"]) and np.array_equal(one["standard_error"], two["standard_error"])
+    capped = {**plan, "target_error": 1e-6, "cap": 64 * 4}
+    step = worker.sample(source, capped, mask, str(tmp_path / "c.npz"))
+    while not step["done"]:
+        step = worker.sample(source, capped, mask, str(tmp_path / "c.npz"))
+    assert step["capped"] and step["passes"] == 4
+
+
+def test_scenes_are_kept_until_their_file_changes(source):
+    first = render.load_cached(source)
+    assert render.load_cached(replace(source)) is first
+    import os
+
+    os.utime(source.path, ns=(1, 1))
+    assert render.load_cached(source) is not first
+
+
+def test_states_survive_pickling(source):
+    import pickle
+
+    state = render.advance(source, "direct", None, 2)
+    assert same(pickle.loads(pickle.dumps(state)), state)
+    assert pickle.loads(pickle.dumps(worker.load_model(source))).meshes[0].name
