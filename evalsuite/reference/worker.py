@@ -60,8 +60,8 @@ def sample(source: SceneSource, plan: Mapping[str, Any], mask: NDArray[np.bool_]
     Returns done, spp, passes, reached_error, capped, seconds, and when done mean, standard_error and halves.
     """
     path = Path(partial)
-    state = render.load_state(path, plan["seed"])
-    passes = render.plan(state, plan["target_error"], plan["cap"], mask) if state else render.MIN_PASSES
+    state = render.load_state(path, plan["seed"]) or render.advance(source, plan["target"], None, 0, plan["seed"])
+    passes = render.plan(state, plan["target_error"], plan["cap"], mask)
     if passes:
         state = render.advance(source, plan["target"], state, min(passes, PASSES_PER_STEP), plan["seed"])
     reached = render.relative_error(state, mask)
