@@ -58,7 +58,7 @@ def test_diffuse_furnace(tmp_path, target):
     assert mask.sum() > 150
     albedo_times_radiance = np.array([1.5, 1.2, 0.7])
     np.testing.assert_allclose(state.mean[mask].mean(0), albedo_times_radiance, rtol=1e-3)
-    # Tessellation costs `direct` and `path` a little (findings §4): shading normals see light the flat facet does not.
+    # Tessellation costs `direct` and `path` a little: shading normals see light the flat facet does not.
     assert np.abs(state.mean[mask] / albedo_times_radiance - 1).max() < 0.02
     assert np.array_equal(state.mean[:4, :4], np.broadcast_to([3, 2, 1], (4, 4, 3)))  # the background, exactly
 

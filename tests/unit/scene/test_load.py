@@ -364,7 +364,7 @@ def test_sunsky_is_baked_with_the_suns_energy(tmp_path):
     si.wi = -mi.Vector3f(np.ascontiguousarray(d.T.astype(np.float32)))
     true_sun = np.array(emitter.eval(si), np.float64).T.mean(0) * 2 * np.pi * (1 - np.cos(half_angle))
     assert true_sun.min() > 0.1
-    # 64 jittered samples in each of a dozen texels on the sun's rim: about 1 %, findings say within 2.5 %.
+    # 64 jittered samples in each of a dozen texels on the sun's rim: about 1 % by measurement, 2.5 % at worst.
     np.testing.assert_allclose(baked_sun, true_sun, rtol=0.025)
     # Away from sun and horizon, the map is the sky.
     d = np.random.default_rng(4).normal(size=(4000, 3))
@@ -424,7 +424,7 @@ def test_other_cameras_are_refused(tmp_path, plugin):
 @pytest.mark.parametrize("axis", ["x", "y", "smaller", "larger", "diagonal"])
 @pytest.mark.parametrize("size", [None, (20, 50)])
 def test_camera_projects_as_mitsubas(tmp_path, axis, size):
-    """Points seen through Mitsuba's own rays land at the pixel they came from (findings §7's formula)."""
+    """Points seen through Mitsuba's own rays land at the pixel they came from."""
     film = (
         '<film type="hdrfilm"><integer name="width" value="64"/><integer name="height" value="40"/>'
         '<integer name="crop_offset_x" value="8"/><integer name="crop_offset_y" value="4"/>'
