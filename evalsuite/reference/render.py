@@ -30,6 +30,12 @@ from evalsuite.store.cache import write_atomic
 
 MIN_PASSES = 8  # fewer say little about their own scatter: with 8 a pixel's standard error is known to 1/√(2·7) = 27 %
 
+#: Samples per pixel of a pass. Powers of four: multi-jittering takes no other count as it is, and powers of two make film
+#: sums bit-identical on any number of threads. More samples stratify better, fewer find out sooner that they suffice.
+RUNGS = (16, 64, 256, 1024)
+CLIMB = 4 * MIN_PASSES  # passes still needed at which the next rung's own first look costs no more than staying
+MAX_PASS_SAMPLES = 2**27  # of a pass over the whole film: about ten seconds on two cores
+
 
 @dataclass(frozen=True, eq=False)
 class RenderState:
@@ -108,10 +114,11 @@ def load_state(path: Path, seed: int) -> RenderState | None:
     )
 
 
-def pass_samples(width: int, height: int) -> int:
-    """Samples per pixel of one pass. A power of four: multi-jittering takes no other count as it is, and powers of two make
-    film sums bit-identical on any number of threads. 64 where that keeps a pass below a few million samples."""
-    return 64 if width * height <= 2**17 else 16
+def fresh(source: SceneSource, seed: int = 0, pass_spp: int = RUNGS[0], seconds: float = 0.0) -> RenderState:
+    """A state without any pass. seconds: already spent on a state given up for this one."""
+    width, height = load_cached(source).scene.camera.size
+    zeros = np.zeros((height, width, 3))
+    return RenderState(zeros, zeros, zeros, pass_spp, 0, seed, seconds)
 
 
 def advance(source: SceneSource, target: str, state: RenderState | None, passes: int, seed: int = 0) -> RenderState:
@@ -124,8 +131,7 @@ def advance(source: SceneSource, target: str, state: RenderState | None, passes:
     chosen = integrator(target)
     width, height = loaded.scene.camera.size
     if state is None:
-        zeros = np.zeros((height, width, 3))
-        state = RenderState(zeros, zeros, zeros, pass_samples(width, height), 0, seed)
+        state = fresh(source, seed)
     if state.even.shape != (height, width, 3):
         raise EvalsuiteError("reference", f"a state of {state.even.shape[1]}×{state.even.shape[0]}", f"{width}×{height}")
     even, odd, squares = state.even.copy(), state.odd.copy(), state.squares.copy()
@@ -172,6 +178,17 @@ def plan(state: RenderState, target_error: float, cap_spp: int, mask: NDArray | 
         goal = min(math.ceil(state.passes * (error / target_error) ** 2), 2 * state.passes, cap)
     more = max(goal - state.passes, 1)
     return min(more + more % 2, max(cap - state.passes, 1))
+
+
+def climbs(state: RenderState, target_error: float, cap_spp: int, mask: NDArray | None = None) -> bool:
+    """Whether to start over with four times the samples in a pass, asked once, after the first passes: their better
+    stratification then saves more than the few samples thrown away (1413 instead of 3033 samples a pixel from 16 to 64, 692
+    with 256, for a Phong sphere, N = 10, in an interior)."""
+    height, width = state.even.shape[:2]
+    pass_spp = 4 * state.pass_spp
+    if state.passes != MIN_PASSES or pass_spp > RUNGS[-1] or pass_spp * width * height > MAX_PASS_SAMPLES:
+        return False
+    return pass_spp * MIN_PASSES <= cap_spp and state.passes * (relative_error(state, mask) / target_error) ** 2 > CLIMB
 
 
 def _require_finite(radiance: NDArray[np.float64], source: SceneSource, target: str, number: int) -> None:

@@ -60,7 +60,7 @@ def sample(source: SceneSource, plan: Mapping[str, Any], mask: NDArray[np.bool_]
     Returns done, spp, passes, reached_error, capped, seconds, and when done mean, standard_error and halves.
     """
     path = Path(partial)
-    state = render.load_state(path, plan["seed"]) or render.advance(source, plan["target"], None, 0, plan["seed"])
+    state = render.load_state(path, plan["seed"]) or render.fresh(source, plan["seed"])
     passes = render.plan(state, plan["target_error"], plan["cap"], mask)
     if passes:
         state = render.advance(source, plan["target"], state, min(passes, PASSES_PER_STEP), plan["seed"])
@@ -75,6 +75,8 @@ def sample(source: SceneSource, plan: Mapping[str, Any], mask: NDArray[np.bool_]
         "seconds": state.seconds,
     }
     if not done:
+        if render.climbs(state, plan["target_error"], plan["cap"], mask):
+            state = render.fresh(source, plan["seed"], 4 * state.pass_spp, state.seconds)
         render.save_state(state, path)
         return step
     return step | {"mean": state.mean, "standard_error": state.standard_error, "halves": state.halves}

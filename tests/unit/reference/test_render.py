@@ -123,6 +123,16 @@ def test_plan():
     assert render.plan(fake(16, 0.0, mean=0.0), 0.005, cap) == 0  # black
 
 
+def test_climbs_to_stronger_stratification_when_it_pays():
+    cap = 64 * 1000
+    eight = fake(render.MIN_PASSES, 0.1, pass_spp=16)
+    assert render.climbs(eight, 0.02, cap)  # (0.05 / 0.02)² · 8 = 50 passes at 16 spp, more than 8 at 64
+    assert not render.climbs(eight, 0.026, cap)  # 29.6 passes
+    assert not render.climbs(fake(render.MIN_PASSES + 2, 0.1, pass_spp=16), 0.02, cap)  # asked once
+    assert not render.climbs(fake(render.MIN_PASSES, 0.1, pass_spp=1024), 0.001, cap)  # the top
+    assert not render.climbs(eight, 0.02, 64 * 7)  # the cap would cut it short
+
+
 def test_nan_is_reported_not_swept(source, tmp_path):
     source.path.write_text(
         source.path.read_text().replace(
@@ -148,11 +158,11 @@ def test_worker_steps_to_the_goal_and_resumes(source, tmp_path):
                 return step
 
     one = run(tmp_path / "a.npz")
-    assert one["reached_error"] <= 0.02 and not one["capped"] and one["spp"] == 64 * one["passes"]
+    assert one["reached_error"] <= 0.02 and not one["capped"] and one["passes"] >= render.MIN_PASSES
     worker.sample(source, plan, mask, str(tmp_path / "b.npz"))  # a run that was killed after its first step …
     two = run(tmp_path / "b.npz")  # … and taken up again
     assert np.array_equal(one["mean"], two["mean"]) and np.array_equal(one["standard_error"], two["standard_error"])
-    capped = {**plan, "target_error": 1e-6, "cap": 64 * 4}
+    capped = {**plan, "target_error": 1e-6, "cap": 16 * 4}
     step = worker.sample(source, capped, mask, str(tmp_path / "c.npz"))
     while not step["done"]:
         step = worker.sample(source, capped, mask, str(tmp_path / "c.npz"))
