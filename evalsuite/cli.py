@@ -105,6 +105,11 @@ def _print_json(value: Any) -> None:
     print(json.dumps(value, indent=1, ensure_ascii=False))
 
 
+def _number(value: float | None) -> str:
+    """JSON has no infinity and no undefined number; both are None there."""
+    return "–" if value is None else f"{value:.6g}"
+
+
 def _print_table(rows: list[dict], columns: list[str], title: str | None = None) -> None:
     table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
     for column in columns:
@@ -276,7 +281,7 @@ def compare(
         _print_json(result)
         return
     rows = [
-        {"metric": name, "value": f"{m['value']:.6g}", "95 % interval": f"{m['ci95'][0]:.6g} … {m['ci95'][1]:.6g}"}
+        {"metric": name, "value": _number(m["value"]), "95 % interval": " … ".join(map(_number, m["ci95"]))}
         for name, m in result["metrics"].items()
         if not name.endswith("_full")
     ]

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from evalsuite._callable import make_callable
 from evalsuite.compare.comparison import Comparison, compare
 from evalsuite.compare.statistics import Metric
 
 __all__ = ["Comparison", "Metric", "compare"]
+
+make_callable(__name__)
