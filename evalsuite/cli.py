@@ -304,7 +304,7 @@ def open_page(report: Annotated[str, typer.Argument(help="Report name or output 
 
 @app.command()
 def doctor(as_json: Json = False) -> None:
-    """Say what this machine has (OpenGL, Mitsuba, LLVM), what it lacks, and how to get it. Exit code 3 when it lacks something."""
+    """Say what this machine has (OpenGL, Mitsuba, LLVM), what it lacks and how to get it; exit code 3 when it lacks something."""
     from evalsuite.commands import examine
 
     result = examine()

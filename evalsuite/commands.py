@@ -111,11 +111,13 @@ def _compare_files(image: Path, reference: Path, standard_error: Path | None, ma
     if pictures[0].shape != pictures[1].shape:
         sizes = ["{1}x{0}".format(*picture.shape[:2]) for picture in pictures]
         raise EvalsuiteError(image, f"a picture of {sizes[0]}", f"{sizes[1]}, the size of {reference}", "render both at one size")
-    result = compare(
-        *pictures,
-        standard_error=exr.read(standard_error) if standard_error else None,
-        mask=exr.read(mask).mean(axis=-1) > 0.5 if mask else None,
-    )
+    noise = exr.read(standard_error) if standard_error else None
+    inside = exr.read(mask).mean(axis=-1) > 0.5 if mask else None
+    try:
+        result = compare(*pictures, standard_error=noise, mask=inside)
+    except EvalsuiteError as error:  # it names the picture by its role; the user knows it by its file
+        files = {"image": image, "reference": reference, "reference standard error": standard_error, "mask": mask}
+        raise EvalsuiteError(files.get(error.where) or error.where, error.got, error.expected, error.fix) from error
     if directory is not None:
         store_results.prepare(directory)
         for name in ("difference", "relative", "zscore", "flip_map"):
@@ -156,7 +158,7 @@ def examine() -> dict:
                 "name": "Mitsuba",
                 "ok": bool(mitsuba["mitsuba"]),
                 "fix": "pip install mitsuba==3.9.1",
-                "text": f"{mitsuba['mitsuba']} with Dr.Jit {mitsuba['drjit']}, variants {', '.join(mitsuba['variants']) or 'none'}",
+                "text": f"{mitsuba['mitsuba']}, Dr.Jit {mitsuba['drjit']}, variants {', '.join(mitsuba['variants']) or 'none'}",
             }
         )
         llvm = mitsuba["llvm"]

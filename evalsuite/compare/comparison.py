@@ -103,7 +103,8 @@ def compare(
     if scale <= 0:
         notes.append("the reference is black inside the mask: relative metrics are undefined unless the image is black too")
     sigma = np.hypot(truth.standard_error, picture.standard_error)
-    zscore = error_map.z_score(picture.mean, truth.mean, sigma, scale) if sigma.any() else None
+    noise_known = any(given is not None for given in (standard_error, halves, image_standard_error))
+    zscore = error_map.z_score(picture.mean, truth.mean, sigma, scale) if noise_known else None
     means = (float(luminance(p.mean[inside]).mean()) for p in (picture, truth))
     return Comparison(
         metrics=result,

@@ -114,7 +114,7 @@ def load_state(path: Path, seed: int) -> RenderState | None:
     )
 
 
-def fresh(source: SceneSource, seed: int = 0, pass_spp: int = RUNGS[0], seconds: float = 0.0) -> RenderState:
+def fresh(source: SceneSource, seed: int = 0, pass_spp: int = RUNGS[1], seconds: float = 0.0) -> RenderState:
     """A state without any pass. seconds: already spent on a state given up for this one."""
     width, height = load_cached(source).scene.camera.size
     zeros = np.zeros((height, width, 3))

@@ -60,7 +60,7 @@ def sample(source: SceneSource, plan: Mapping[str, Any], mask: NDArray[np.bool_]
     Returns done, spp, passes, reached_error, capped, seconds, and when done mean, standard_error and halves.
     """
     path = Path(partial)
-    state = render.load_state(path, plan["seed"]) or render.fresh(source, plan["seed"])
+    state = render.load_state(path, plan["seed"]) or render.fresh(source, plan["seed"], render.RUNGS[0])
     passes = render.plan(state, plan["target_error"], plan["cap"], mask)
     if passes:
         state = render.advance(source, plan["target"], state, min(passes, PASSES_PER_STEP), plan["seed"])

@@ -58,7 +58,7 @@ def write(directory: Path, header: dict, cells: Iterable[tuple[dict, dict[str, P
             folder = images / slug(cell["id"])
             keep.add(folder.name)
             folder.mkdir(parents=True, exist_ok=True)
-            for name, path in files.items():
+            for path in files.values():
                 _copy(path, folder / path.name)
             names = {name: f"images/{folder.name}/{path.name}" for name, path in files.items()}
             results["cells"].append(cell | {"images": names})

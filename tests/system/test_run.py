@@ -101,7 +101,9 @@ def test_a_users_own_scene_ends_with_a_page(first):
         assert cell["reached_error"] <= 0.02
         for name, metric in cell["metrics"].items():
             low, high = metric["ci95"]
-            assert low <= metric["value"] <= high, name
+            # JSON has no infinity: the psnr of pictures that noise cannot tell apart has no upper end.
+            assert high is not None or name.startswith("psnr")
+            assert low <= metric["value"] and (high is None or metric["value"] <= high), name
         for path in cell["images"].values():
             assert exr.read(folder / "out put" / path).shape == (40, 48, 3)
 
