@@ -1,303 +1,36 @@
-"""plan → cells → results: the one module that sees gpu and reference together.
+"""plan → cells → results. With `steps`, the one place that sees gpu and reference together.
 
-Each step of a cell is an entry of the store, keyed by all that decides it, so an unchanged step is never done twice and a
-killed run continues where it stopped. Steps run in worker processes; cells share them (two techniques with the same target
-share one reference).
+A cell is drawn on one side and rendered on the other, certified, compared and written down. Cells share steps: two
+techniques with the same target share one reference.
 """
 
 from __future__ import annotations
 
 import os
-import threading
+import shlex
 import time
-from collections.abc import Callable, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from evalsuite.errors import WorkerFailed
-from evalsuite.execute.local import Workers
-from evalsuite.gpu.plan import COMPANIONS, cannot_stand_for
+from evalsuite.gpu.plan import cannot_stand_for
 from evalsuite.gpu.techniques import TECHNIQUES
 from evalsuite.gpu.techniques.base import Technique
-from evalsuite.image import exr
 from evalsuite.image.color import luminance
-from evalsuite.plan import QUALITY, Cell
-from evalsuite.scene.dependencies import dependencies
+from evalsuite.plan import Cell
 from evalsuite.scene.model import Scene, SceneSource
-from evalsuite.scene.outline import outline_from_json, outline_to_json
-from evalsuite.store.cache import Store, digest, file_digest, package_versions, source_digest
+from evalsuite.steps import Progress, Settings, Steps
+from evalsuite.store.cache import digest
 
-#: Sub-samples per pixel axis on the GPU: edge-pixel coverage within 0.036 rms of Mitsuba's box filter (4×4).
-SUPERSAMPLE = 4
-
-_VERSIONS = ("mitsuba", "drjit", "numpy", "moderngl", "OpenEXR", "flip-evaluator", "scikit-image", "karellen-llvm-core")
+__all__ = ["Progress", "Run", "Settings", "run_cells"]
 
 
-@dataclass(frozen=True)
-class Settings:
-    """What a whole run shares. target_error, cap: relative standard error and samples per pixel at which a reference
-    stops. size: (width, height) or None for the scene's own."""
-
-    target_error: float = QUALITY["draft"][0]
-    cap: int = QUALITY["draft"][1]
-    size: tuple[int, int] | None = None
-    seed: int = 0
-    repair_environment: bool = False
-    supersample: int = SUPERSAMPLE
-
-
-@dataclass
-class Progress:
-    """Told what goes on; `cli` draws it. Every field is a function that may be called from several threads."""
-
-    cell: Callable[[dict], None] = lambda cell: None
-    step: Callable[[str], None] = lambda text: None
-    warn: Callable[[str], None] = lambda text: None
-
-
-@dataclass
-class Run:
-    """Makes cells. Thread-safe: each step is made once, who needs it meanwhile waits for it."""
-
-    store: Store
-    workers: Workers
-    settings: Settings = field(default_factory=Settings)
-    progress: Progress = field(default_factory=Progress)
-
-    def __post_init__(self) -> None:
-        self._steps: dict[tuple[str, str], Future] = {}
-        self._models: dict[str, Scene] = {}
-        self._lock = threading.Lock()
-        self._warned: set[str] = set()
-        self._host: dict | None = None
-
-    # ---- what the machine is ----------------------------------------------------------------------------------------
-
-    def host(self) -> dict:
-        """Renderer, versions and processor, for provenance and keys. Raises MachineLacks when something is missing."""
-        with self._lock:
-            if self._host is None:
-                gl = self.workers.gpu.submit("evalsuite.gpu.worker:probe")
-                mitsuba = self.workers.reference.submit("evalsuite.reference.worker:activate")
-                self._host = {"gl_renderer": gl.result()["renderer"], **mitsuba.result()}
-                self._host["versions"] = package_versions("evalsuite", *_VERSIONS)
-            return self._host
-
-    # ---- steps ------------------------------------------------------------------------------------------------------
-
-    def _once(self, kind: str, key: str, make: Callable[[], tuple[Path, dict]]) -> tuple[Path, dict, bool]:
-        """Entry (folder, meta, came from the store), made at most once per run whichever thread asks."""
-        with self._lock:
-            future = self._steps.get((kind, key))
-            mine = future is None
-            if mine:
-                future = self._steps[kind, key] = Future()
-        if mine:
-            try:
-                found = self.store.get(kind, key)
-                future.set_result((*found, True) if found else (*make(), False))
-            except BaseException as error:
-                future.set_exception(error)
-        return future.result()
-
-    def fingerprint(self, source: SceneSource) -> dict:
-        """All that decides what a scene is: contents of its files, replaced parts, the code that loads it."""
-        return {
-            "files": [file_digest(path) for path in dependencies(source.path)],
-            "environment": file_digest(source.environment) if source.environment else None,
-            "size": source.size,
-            "bindings": source.bindings,
-            "repair": source.repair_environment,
-            "code": source_digest("scene", "math/sphere.py"),
-            "versions": package_versions("mitsuba", "drjit", "OpenEXR"),
-        }
-
-    def model(self, source: SceneSource) -> Scene:
-        """The loaded scene, kept in memory while a run needs it."""
-        key = digest(self.fingerprint(source))
-        if key not in self._models:
-            self.progress.step(f"loading {source.path.name}")
-            scene = self.workers.reference.call("evalsuite.reference.worker:load_model", source)
-            with self._lock:
-                if len(self._models) > 8:  # environments are tens of megabytes
-                    self._models.clear()
-                self._models[key] = scene
-        return self._models[key]
-
-    def outline(self, source: SceneSource) -> Scene:
-        """The scene without its meshes and texels: enough to plan, and quick to read back."""
-        key = digest([self.fingerprint(source), str(source.path), source_digest("scene/outline.py")])
-        _, meta, _ = self._once("outline", key, lambda: self.store.put("outline", key, outline_to_json(self.model(source))))
-        scene = outline_from_json(meta)
-        for note in scene.environment.notes if scene.environment else ():
-            with self._lock:
-                fresh = note not in self._warned
-                self._warned.add(note)
-            if fresh:
-                self.progress.warn(f"{scene.environment.source}: {note}")
-        return scene
-
-    def certificate(self, source: SceneSource) -> tuple[Path, dict]:
-        """Scene-equivalence certificate of a scene (materials' values do not matter for it), with Mitsuba's coverage."""
-        source = replace(source, bindings={})
-        code = source_digest("gpu/*.py", "gpu/glsl", "reference/gbuffer.py", "compare/certificate.py")
-        key = digest([self.fingerprint(source), self.host()["gl_renderer"], self.settings.supersample, code])
-
-        def make() -> tuple[Path, dict]:
-            scene = self.model(source)
-            self.progress.step(f"certificate of {source.path.stem}")
-            ours = self.workers.gpu.submit("evalsuite.gpu.worker:gbuffer", scene, self.settings.supersample)
-            theirs = self.workers.reference.call("evalsuite.reference.worker:gbuffer", source, self.settings.supersample)
-            from evalsuite.compare.certificate import certify
-
-            result = certify(ours.result(), theirs).to_json()
-            return self.store.put(
-                "certificate",
-                key,
-                result,
-                lambda folder: np.savez_compressed(folder / "coverage.npz", material=theirs.material, coverage=theirs.coverage),
-            )
-
-        place, meta, _ = self._once("certificate", key, make)
-        return place, meta
-
-    def resolve(self, source: SceneSource, technique: Technique, parameters: Mapping) -> dict:
-        """Parameters that follow from the picture itself (a LOD bias from an exponent, or the reverse), filled in."""
-        key = digest([self.fingerprint(source), technique.id, parameters, self._gpu_code(technique)])
-
-        def make() -> tuple[Path, dict]:
-            scene = self.model(source)
-            filled = self.workers.gpu.call("evalsuite.gpu.worker:resolve", scene, technique.id, dict(parameters))
-            return self.store.put("resolved", key, {"parameters": filled})
-
-        return self._once("resolved", key, make)[1]["parameters"]
-
-    def _gpu_code(self, technique: Technique) -> list:
-        """What decides a technique's pixels: its own two files, what all share, and who draws."""
-        stems = {technique.id, *COMPANIONS.values()}
-        own = [f"gpu/techniques/{stem.replace('-', '_')}.*" for stem in sorted(stems)]
-        shared = ("gpu/*.py", "gpu/glsl", "gpu/techniques/base.py", "gpu/techniques/common.py", "math", "scene/model.py")
-        return [self.host()["gl_renderer"], package_versions("moderngl", "numpy"), source_digest(*own, *shared)]
-
-    def image(self, source: SceneSource, technique: Technique, parameters: Mapping) -> tuple[Path, dict, bool, str]:
-        """GPU picture: image.exr, scored.exr and, for a sampled technique, standard_error.exr."""
-        key = digest(
-            [
-                self.fingerprint(source),
-                technique.id,
-                parameters,
-                self._gpu_code(technique),
-                self.settings.supersample,
-                self.settings.seed,
-            ]
-        )
-
-        def make() -> tuple[Path, dict]:
-            scene = self.model(source)
-            self.progress.step(f"drawing {source.path.stem} with {technique.id}")
-            drawing = self.workers.gpu.call(
-                "evalsuite.gpu.worker:render",
-                scene,
-                technique.id,
-                dict(parameters),
-                self.settings.supersample,
-                self.settings.seed,
-            )
-
-            def fill(folder: Path) -> None:
-                exr.write(folder / "image.exr", drawing.image)
-                np.savez_compressed(folder / "scored.npz", scored=drawing.scored)
-                if drawing.standard_error is not None:
-                    exr.write(folder / "standard_error.exr", drawing.standard_error)
-
-            return self.store.put(
-                "image",
-                key,
-                {"cost": drawing.cost, "mapping": drawing.mapping, "fit": drawing.fit, "notes": list(drawing.notes)},
-                fill,
-            )
-
-        return (*self._once("image", key, make), key)
-
-    def reference(self, source: SceneSource, target: str, seed: int = 0) -> tuple[Path, dict, bool, str]:
-        """Mitsuba picture: reference.exr, standard_error.exr, halves.npz; meta: samples, reached error, seconds."""
-        settings = self.settings
-        plan = {"target": target, "target_error": settings.target_error, "cap": settings.cap, "seed": seed}
-        key = digest([self.fingerprint(source), plan, source_digest("reference")])
-
-        def make() -> tuple[Path, dict]:
-            self.model(source)  # a scene that does not load says so in its own words
-            _, mask = self.object_mask(source)
-            partial = self.store.partial(key)
-            while True:
-                step = self.workers.reference.call("evalsuite.reference.worker:sample", source, plan, mask, str(partial))
-                self.progress.step(
-                    f"reference {source.path.stem}, {target}: {step['spp']} spp, {step['reached_error']:.2%} of "
-                    f"{settings.target_error:.2%}"
-                )
-                if step["done"]:
-                    break
-
-            def fill(folder: Path) -> None:
-                exr.write(folder / "reference.exr", step["mean"])
-                exr.write(folder / "standard_error.exr", step["standard_error"])
-                np.savez(folder / "halves.npz", a=step["halves"][0], b=step["halves"][1])
-
-            entry = self.store.put("reference", key, {k: step[k] for k in ("spp", "reached_error", "seconds", "capped")}, fill)
-            partial.unlink(missing_ok=True)
-            return entry
-
-        return (*self._once("reference", key, make), key)
-
-    def object_mask(self, source: SceneSource) -> tuple[dict, np.ndarray]:
-        """Pixels that the bound materials (all, when none is bound) cover whole: (H, W) bool, with the certificate."""
-        place, certificate = self.certificate(source)
-        with np.load(place / "coverage.npz") as data:
-            material, coverage = data["material"], data["coverage"]
-        ids = [m.id for m in self.outline(source).materials]
-        bound = [ids.index(name) for name in source.bindings if name in ids]
-        return certificate, (material[bound].sum(0) if bound else coverage) >= 1 - 1e-6
-
-    def comparison(self, image: tuple[Path, str], reference: tuple[Path, str], coverage: np.ndarray) -> tuple[Path, dict]:
-        """metrics.json and the error maps of one cell."""
-        key = digest(
-            [
-                image[1],
-                reference[1],
-                coverage,
-                source_digest("compare", "image/color.py"),
-                package_versions("flip-evaluator", "scikit-image", "numpy", "scipy"),
-            ]
-        )
-
-        def make() -> tuple[Path, dict]:
-            result = self.workers.compare.call("evalsuite.compare.cell:compare_cell", str(image[0]), str(reference[0]), coverage)
-
-            def fill(folder: Path) -> None:
-                for name, picture in result["images"].items():
-                    exr.write(folder / f"{name}.exr", picture)
-
-            return self.store.put("comparison", key, result["meta"], fill)
-
-        place, meta, _ = self._once("comparison", key, make)
-        return place, meta
-
-    def albedo(self, bsdf: Mapping) -> dict:
-        """Directional albedo of a target BSDF by Mitsuba's own sampling: cos_theta, value and standard_error (luminance)."""
-        cosines = [1.0, 0.9, 0.75, 0.5, 0.25, 0.1]
-        key = digest([bsdf, cosines, source_digest("reference"), package_versions("mitsuba")])
-
-        def make() -> tuple[Path, dict]:
-            value, error = self.workers.reference.call("evalsuite.reference.worker:albedo", dict(bsdf), cosines)
-            plain = {"cos_theta": cosines, "value": luminance(value).tolist(), "standard_error": luminance(error).tolist()}
-            return self.store.put("albedo", key, plain)
-
-        return self._once("albedo", key, make)[1]
-
-    # ---- a cell -----------------------------------------------------------------------------------------------------
+class Run(Steps):
+    """Makes cells out of steps."""
 
     def source(self, cell: Cell) -> SceneSource:
         return SceneSource(cell.path, cell.environment_path, self.settings.size, {}, self.settings.repair_environment)
@@ -395,11 +128,17 @@ class Run:
                 f"sampling stopped at the cap of {reference_meta['spp']} spp: the reference's relative standard error is "
                 f"{reference_meta['reached_error']:.2%}, asked for was {self.settings.target_error:.2%}"
             )
+        if outline.environment.radiance.shape == (1, 1, 3) and source.bindings:
+            # In a furnace the truth is albedo × radiance: show the albedo itself beside what the technique returns.
+            light = float(luminance(outline.environment.radiance)[0, 0])
+            result["albedo"] = self.albedo(next(iter(source.bindings.values()))) | {"radiance": light}
         files |= {
             "image": image / "image.exr",
             "reference": reference / "reference.exr",
             "standard_error": reference / "standard_error.exr",
         }
+        if (image / "standard_error.exr").exists():
+            files["image_standard_error"] = image / "standard_error.exr"
         if not certificate["passed"]:
             result |= {
                 "status": "uncertified",
@@ -418,8 +157,6 @@ class Run:
 
     def reproduce(self, cell: Cell) -> str:
         """The command that makes this cell again, whatever report it stands in."""
-        import shlex
-
         words = [
             "evalsuite",
             "run",

@@ -58,9 +58,9 @@ def write(directory: Path, header: dict, cells: Iterable[tuple[dict, dict[str, P
             folder = images / slug(cell["id"])
             keep.add(folder.name)
             folder.mkdir(parents=True, exist_ok=True)
-            for path in files.values():
-                _copy(path, folder / path.name)
-            names = {name: f"images/{folder.name}/{path.name}" for name, path in files.items()}
+            for name, path in files.items():
+                _copy(path, folder / f"{name}.exr")
+            names = {name: f"images/{folder.name}/{name}.exr" for name in files}
             results["cells"].append(cell | {"images": names})
         if (directory / "results.json").exists() and images.is_dir():
             for folder in images.iterdir():
