@@ -9,6 +9,7 @@ import contextlib
 import io
 import os
 import sys
+import threading
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -150,17 +151,21 @@ def _plane(path: Path, channel: OpenEXR.Channel) -> Image:
     return np.asarray(channel.pixels, dtype=np.float32)
 
 
+_redirecting = threading.Lock()  # file descriptors belong to the whole process: one redirection at a time
+
+
 @contextlib.contextmanager
 def _quiet() -> Iterator[io.StringIO]:
     """Catch what the OpenEXR library prints about damaged files: through Python on stdout, from C on stderr."""
     said = io.StringIO()
-    sys.stderr.flush()
-    kept = os.dup(2)
-    try:
-        with open(os.devnull, "w") as nowhere:
-            os.dup2(nowhere.fileno(), 2)
-        with contextlib.redirect_stdout(said):
-            yield said
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
+    with _redirecting:
+        sys.stderr.flush()
+        kept = os.dup(2)
+        try:
+            with open(os.devnull, "w") as nowhere:
+                os.dup2(nowhere.fileno(), 2)
+            with contextlib.redirect_stdout(said):
+                yield said
+        finally:
+            os.dup2(kept, 2)
+            os.close(kept)

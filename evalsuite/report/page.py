@@ -6,9 +6,11 @@ import importlib.metadata
 import importlib.resources
 import importlib.util
 import math
+import os
 import re
 import shutil
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import jinja2
@@ -47,9 +49,10 @@ def write(results: Mapping, directory: Path) -> Path:
     """
     directory = Path(directory)
     cells = []
-    for cell in results.get("cells", []):
-        name = slug(cell["id"])
-        shown, problems = pictures.prepare(cell, name, directory)
+    wanted = [(cell, slug(cell["id"])) for cell in results.get("cells", [])]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:  # compression leaves Python's lock alone
+        prepared = list(pool.map(lambda pair: pictures.prepare(*pair, directory), wanted))
+    for (cell, name), (shown, problems) in zip(wanted, prepared, strict=True):
         cells.append({"slug": name, "pictures": shown, "problems": problems, "data": cell, "row": _row(cell)})
     _remove_stale(directory / "cells", {c["slug"] for c in cells})
     _write_static(directory / "static")
