@@ -17,7 +17,6 @@ void main() {
     s.normal = normalize(v_normal);
     s.to_view = normalize(camera_position - v_position);
     s.uv = v_uv;
-    // As Mitsuba's BSDFs, the shading normal decides which side is seen.
     float facing = dot(s.normal, s.to_view);
     if (two_sided && facing < 0.0) s.normal = -s.normal;
 #ifdef VERTEX_STAGE
@@ -27,7 +26,9 @@ void main() {
 #endif
     // Called for unseen sides too: implicit derivatives need all four pixels of a quad.
     vec3 radiance = shade(s);
-    bool seen = two_sided || facing > 0.0;
+    // One-sided materials are black from behind. At a silhouette a smooth normal can point away from the viewer on a
+    // triangle that faces him: Mitsuba is black there, an engine shades on, and so do we.
+    bool seen = two_sided || gl_FrontFacing || facing > 0.0;
     out_radiance = vec4(seen ? radiance : vec3(0.0), scored);
 #ifdef WITH_VARIANCE
     out_variance = vec4(seen ? shade_variance : vec3(0.0), 0.0);

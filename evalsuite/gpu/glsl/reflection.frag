@@ -27,5 +27,5 @@ void main() {
     vec3 r = reflect(-to_view, normal);
     float lod = face_lod(r, dFdx(r), dFdy(r));
     out_direction_lod = vec4(r, lod);
-    out_scored = vec4((two_sided || facing > 0.0) ? scored : 0.0, 0.0, 0.0, 0.0);
+    out_scored = vec4((two_sided || gl_FrontFacing || facing > 0.0) ? scored : 0.0, 0.0, 0.0, 0.0);
 }

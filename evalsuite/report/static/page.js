@@ -211,6 +211,11 @@ const evalsuite = (() => {
 
   document.addEventListener("keydown", (event) => {
     if (event.key === "Escape" && open && !document.fullscreenElement) location.hash = "";
+    // FlipBook hears the keys of its own box only; the digits flip from anywhere on the cell.
+    const typing = event.target.closest?.("input, select, textarea") || event.ctrlKey || event.metaKey || event.altKey;
+    if (open?.host && !typing && /^[1-9]$/.test(event.key) && !open.host.contains(event.target)) {
+      if (Number(event.key) <= open.host.querySelectorAll("canvas").length) flipbook.UpdateFlipGroupSelection(open.slug, Number(event.key) - 1);
+    }
   });
   window.addEventListener("hashchange", show);
   show();

@@ -305,3 +305,15 @@ def test_compile_errors_point_at_the_users_line(tmp_path, monkeypatch):
         worker.render(s, "diffuse-topmip", {})
     file.write_text("vec3 shade(Surface s) { return vec3(0.25); }\n", encoding="utf-8")
     assert worker.render(s, "diffuse-topmip", {}, 1).image[24, 24, 0] == 0.25
+
+
+def test_silhouettes_are_shaded_and_the_inside_of_a_one_sided_sphere_is_black():
+    """A coarse sphere has smooth normals that turn away from the viewer on triangles that face him; an engine shades them."""
+    clay = material("diffuse", reflectance=0.5)
+    outside = scene(FURNACE, clay, meshes=[sphere_mesh(segments=24, rings=12)], size=(96, 96))
+    drawing = worker.render(outside, "diffuse-sh9", {})
+    whole = drawing.scored >= 1
+    expected = 0.5 * FURNACE.radiance[0, 0]
+    assert whole.sum() > 3000 and np.abs(drawing.image[whole] / expected - 1).max() < 2e-3
+    around = scene(FURNACE, clay, meshes=[sphere_mesh(radius=30.0)], size=(32, 32))
+    assert not worker.render(around, "diffuse-sh9", {}).image.any()
