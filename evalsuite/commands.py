@@ -223,10 +223,10 @@ def _environment_facts(path: Path) -> dict:
         "maximum": float(radiance.max()),
         "mean_radiance": [float(c) for c in (radiance * omega[..., None]).sum((0, 1)) / omega.sum()],
         "maximum_over_mean": float(light.max() / mean) if mean > 0 else None,
-        "nan_or_inf": environment.nonfinite if hasattr(environment, "nonfinite") else 0,
+        "nan_or_inf": int((~np.isfinite(exr.read(path))).sum()),
         "brightest_direction": [round(float(c), 4) for c in np.ravel(direction)],
         "solid_angle_of_half_the_power_sr": float(omega.ravel()[order[: half + 1]].sum()),
-        "notes": list(environment.notes),
+        "notes": [*environment.notes, *environment.remarks],
     }
 
 

@@ -22,7 +22,8 @@ from evalsuite.gpu.techniques import TECHNIQUES
 from evalsuite.gpu.techniques.base import Technique
 from evalsuite.image.color import luminance
 from evalsuite.plan import Cell
-from evalsuite.scene.model import Scene, SceneSource
+from evalsuite.scene import builtin
+from evalsuite.scene.model import SUBJECT, Scene, SceneSource
 from evalsuite.steps import Progress, Settings, Steps
 from evalsuite.store.cache import digest
 
@@ -39,8 +40,8 @@ class Run(Steps):
         """Which BSDFs the cell replaces in both renderers: the scene's `subject`; without one, and only when the user gave
         a material parameter with -p, every material that the technique can stand for."""
         ids = [m.id for m in outline.materials]
-        if "subject" in ids:
-            names = ["subject"]
+        if SUBJECT in ids:
+            names = [SUBJECT]
         elif cell.forced & {p.name for p in technique.parameters if p.kind == "material"}:
             names = [m.id for m in outline.materials if not m.undrawable and m.plugin in technique.stands_for]
         else:
@@ -102,6 +103,7 @@ class Run(Steps):
         outline.require_drawable()
         if outline.environment:
             result["warnings"] += outline.environment.notes
+            result["notes"] += outline.environment.remarks
         result["notes"] += [f"Drawn by Mitsuba only: {name}" for name in outline.mitsuba_only]
         source, parameters = self.bound_source(cell, technique, plain)
         result["all_parameters"] = parameters
@@ -161,7 +163,7 @@ class Run(Steps):
             "evalsuite",
             "run",
             "--scene",
-            cell.scene if cell.path.parent.name == "scenes" else str(cell.path),
+            cell.scene if cell.path.parent == builtin.scenes_directory() else str(cell.path),
             "-t",
             cell.technique,
             "--target",
@@ -175,6 +177,8 @@ class Run(Steps):
         words += ["--target-error", f"{settings.target_error:g}"]
         if settings.size:
             words += ["--size", "{}x{}".format(*settings.size)]
+        if settings.repair_environment:
+            words.append("--repair-env")
         if settings.seed:
             words += ["--seed", str(settings.seed)]
         return shlex.join(words)

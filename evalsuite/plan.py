@@ -17,6 +17,8 @@ from pathlib import Path
 from evalsuite.errors import EvalsuiteError
 from evalsuite.gpu.techniques import TECHNIQUES
 from evalsuite.scene import builtin
+from evalsuite.scene.dependencies import names_id
+from evalsuite.scene.model import SUBJECT
 
 Value = float | int | str
 
@@ -196,35 +198,49 @@ def plan(report: Report, choice: Choice | None = None) -> list[Cell]:
     cells: dict[str, Cell] = {}
     used: set[str] = set()
     known: set[str] = set()
+    subject: dict[Path, bool] = {}
+    labels: dict[str, Path] = {}
     for group in report.groups:
         techniques = [t for t in _matching(group.techniques) if selected is None or t in selected] + extra
         parameters = dict(group.parameters) | dict(choice.parameters)
         environments = (choice.environment,) if choice.environment else (None,) if choice.scenes else group.environments
         for name, environment, technique in itertools.product(choice.scenes or group.scenes, environments, techniques):
             path = builtin.scene_path(name)
-            own = {p.name for p in TECHNIQUES[technique].parameters}
-            known |= own
-            sweep = {k: v for k, v in parameters.items() if k in own}
+            if path not in subject:
+                subject[path] = names_id(path, SUBJECT)
+            own = {p.name: p.kind for p in TECHNIQUES[technique].parameters}
+            known |= set(own)
+            # A scene without a subject keeps its own materials: only the user's -p changes those.
+            bindable = set(choice.parameters) | {k for k in own if own[k] == "technique" or subject[path]}
+            sweep = {k: v for k, v in parameters.items() if k in own and k in bindable}
             used |= set(sweep)
             for target in choice.targets or group.targets:
                 if target not in TARGETS:
                     raise unknown("target", target, TARGETS, "`evalsuite list targets`")
                 for values in itertools.product(*sweep.values()):
                     cell = Cell(
-                        scene=path.stem,
+                        scene=_label(path, labels),
                         path=path,
                         environment=_environment_label(environment),
                         environment_path=builtin.environment_path(environment) if environment else None,
                         technique=technique,
                         parameters=dict(zip(sweep, values, strict=True)),
                         target=target,
-                        forced=frozenset(choice.parameters) & own,
+                        forced=frozenset(choice.parameters) & set(own),
                     )
                     cells.setdefault(cell.id, cell)
     for name in choice.parameters:
         if cells and name not in used:
             raise unknown("parameter", name, sorted(known), "`evalsuite list techniques`")
     return list(cells.values())
+
+
+def _label(path: Path, labels: dict[str, Path]) -> str:
+    """The scene's name in ids: its file's, with the folder's where two scenes have the same."""
+    for name in (path.stem, f"{path.parent.name}-{path.stem}", str(path)):
+        if labels.setdefault(name, path) == path:
+            return name
+    raise AssertionError(path)
 
 
 def _environment_label(environment: str | None) -> str | None:

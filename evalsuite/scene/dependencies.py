@@ -17,11 +17,18 @@ def dependencies(path: Path) -> list[Path]:
 
     Raises EvalsuiteError when the file cannot be read or is not XML (with the line)."""
     found: set[Path] = set()
-    _collect(Path(path).resolve(), Path(path).resolve().parent, {}, found)
+    _collect(Path(path).resolve(), Path(path).resolve().parent, {}, found, set())
     return sorted(found)
 
 
-def _collect(path: Path, root: Path, defaults: dict[str, str], found: set[Path]) -> None:
+def names_id(path: Path, name: str) -> bool:
+    """Whether an element of the scene, or of a file it includes, has this id. Raises EvalsuiteError as `dependencies`."""
+    ids: set[str] = set()
+    _collect(Path(path).resolve(), Path(path).resolve().parent, {}, set(), ids)
+    return name in ids
+
+
+def _collect(path: Path, root: Path, defaults: dict[str, str], found: set[Path], ids: set[str]) -> None:
     if path in found:
         return
     found.add(path)
@@ -41,6 +48,7 @@ def _collect(path: Path, root: Path, defaults: dict[str, str], found: set[Path])
         if element.tag == "default":
             defaults.setdefault(element.get("name", ""), element.get("value", ""))
     for element in tree.iter():
+        ids.add(element.get("id", ""))
         for value in element.attrib.values():
             value = re.sub(r"\$\{?(\w+)\}?", lambda match: defaults.get(match[1], match[0]), value)
             if not value or len(value) > 1024 or "\0" in value:
@@ -53,7 +61,7 @@ def _collect(path: Path, root: Path, defaults: dict[str, str], found: set[Path])
                     is_file = False
                 if is_file:
                     if element.tag == "include":
-                        _collect(candidate.resolve(), root, defaults, found)
+                        _collect(candidate.resolve(), root, defaults, found, ids)
                     else:
                         found.add(candidate.resolve())
                     break

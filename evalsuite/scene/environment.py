@@ -50,7 +50,7 @@ def read_environment(path: str | Path, repair: bool = False) -> Environment:
 def clean_environment(radiance: ArrayLike, source: str, repair: bool = False) -> Environment:
     """Environment of (H, W, 3) texels after the checks and repairs of `read_environment`; raises EvalsuiteError likewise."""
     texels = np.array(radiance, dtype=np.float32)
-    notes = []
+    notes, remarks = [], []
     if texels.ndim != 3 or texels.shape[2] != 3 or texels.size == 0:
         raise EvalsuiteError(source, f"an array of shape {texels.shape}", "(height, width, 3) texels")
     bad = ~np.isfinite(texels)
@@ -71,9 +71,9 @@ def clean_environment(radiance: ArrayLike, source: str, repair: bool = False) ->
     height, width = texels.shape[:2]
     texels = _as_mitsuba_keeps(texels)
     if texels.shape[:2] != (height, width):
-        notes.append(f"{width}×{height} map repeated to {texels.shape[1]}×{texels.shape[0]} texels, as Mitsuba does")
+        remarks.append(f"{width}×{height} map repeated to {texels.shape[1]}×{texels.shape[0]} texels, as Mitsuba does")
     texels = np.ascontiguousarray(texels) + np.float32(0.0)  # −0 → 0
-    return Environment(texels, np.eye(3), source, tuple(notes))
+    return Environment(texels, np.eye(3), source, tuple(notes), tuple(remarks))
 
 
 def scaled(environment: Environment, scale: float) -> Environment:

@@ -17,14 +17,11 @@ from numpy.typing import NDArray
 from evalsuite.errors import EvalsuiteError
 from evalsuite.scene.environment import clean_environment, read_environment, scaled
 from evalsuite.scene.materials import describe_material
-from evalsuite.scene.model import Camera, Environment, Material, Scene, SceneSource, TriangleMesh
+from evalsuite.scene.model import SUBJECT, Camera, Environment, Material, Scene, SceneSource, TriangleMesh
 from evalsuite.scene.parse import ParsedScene
 from evalsuite.scene.shapes import MESHES, mitsuba_mesh, shape_triangles
 from evalsuite.scene.sky import bake_sky
 from evalsuite.scene.tessellate import CANONICAL
-
-#: The BSDF that reports bind and score.
-SUBJECT = "subject"
 
 ENVIRONMENTS = ("envmap", "constant", "sunsky")
 

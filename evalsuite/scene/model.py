@@ -17,6 +17,9 @@ from evalsuite.errors import EvalsuiteError
 
 Rgb = tuple[float, float, float]
 
+#: Id of the BSDF that reports bind and score.
+SUBJECT = "subject"
+
 #: BSDF plugins that the GPU side can draw, and the parameters under which `scene.load` files them.
 DRAWABLE: Mapping[str, tuple[str, ...]] = {
     "diffuse": ("reflectance",),
@@ -98,12 +101,14 @@ class Environment:
     """Distant radiance. radiance: (H, W, 3) float32 [W m⁻² sr⁻¹], lat-long in Mitsuba's `envmap` layout: texel centres in
     u (periodic), texel corners in v (row 0 is the +y pole, row H−1 the −y pole), any `scale` multiplied in. A constant
     environment is 1×1. to_world: (3, 3) float64 rotation or reflection, local → world; look-up at direction d uses
-    `to_world.T @ d`. source: file or plugin it came from. notes: what was clamped, repaired or baked, for the page."""
+    `to_world.T @ d`. source: file or plugin it came from. notes: what was clamped or repaired, which the user
+    is warned of. remarks: what else happened to the map (baked, padded), for the page."""
 
     radiance: NDArray[np.float32]
     to_world: NDArray[np.float64]
     source: str
     notes: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -44,6 +44,7 @@ def outline_to_json(scene: Scene) -> dict:
             "constant": _constant(scene.environment.radiance),
             "source": scene.environment.source,
             "notes": scene.environment.notes,
+            "remarks": scene.environment.remarks,
         },
         "mitsuba_only": scene.mitsuba_only,
         "refused": scene.refused,
@@ -76,14 +77,17 @@ def outline_from_json(data: dict) -> Scene:
             camera["near"],
             camera["far"],
         ),
-        meshes=tuple(
-            TriangleMesh(mesh["name"], _POINT, _POINT, _FACE, mesh["material"])
-            for mesh in data["meshes"]
-        ),
+        meshes=tuple(TriangleMesh(mesh["name"], _POINT, _POINT, _FACE, mesh["material"]) for mesh in data["meshes"]),
         materials=tuple(Material(**m) for m in data["materials"]),
         environment=None
         if environment is None
-        else Environment(_texels(environment["constant"]), np.eye(3), environment["source"], tuple(environment["notes"])),
+        else Environment(
+            _texels(environment["constant"]),
+            np.eye(3),
+            environment["source"],
+            tuple(environment["notes"]),
+            tuple(environment["remarks"]),
+        ),
         mitsuba_only=tuple(data["mitsuba_only"]),
         refused=tuple(data["refused"]),
         subject=tuple(data["subject"]),

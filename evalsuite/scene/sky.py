@@ -44,7 +44,7 @@ def bake_sky(emitter: Any, rotation: NDArray[np.float64]) -> Environment:
     texels[rows, columns] = total / STRATA**2
     baked = clean_environment(texels, "sunsky")
     note = f"sunsky baked to {WIDTH}×{HEIGHT} texels, {STRATA**2} samples in {len(rows)} texels about the sun and the horizon"
-    return Environment(baked.radiance, to_world, "sunsky", (note, *baked.notes))
+    return Environment(baked.radiance, to_world, "sunsky", baked.notes, (note, *baked.remarks))
 
 
 def _radiance(emitter: Any, directions: NDArray[np.float64], to_world: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -343,7 +343,7 @@ def test_constant_is_one_texel_and_stays_constant(tmp_path):
 def test_sunsky_is_baked_with_the_suns_energy(tmp_path):
     source = write(tmp_path, SENSOR + BALL + '<emitter type="sunsky"/>\n')
     first, second = load(source).scene.environment, load(source).scene.environment
-    assert np.array_equal(first.radiance, second.radiance) and "baked" in first.notes[0]
+    assert np.array_equal(first.radiance, second.radiance) and "baked" in first.remarks[0]
     height, width = first.radiance.shape[:2]
     radiance, omega = first.radiance.astype(np.float64), latlong_solid_angles(height, width)
     bright = radiance.max(2) > 50
