@@ -175,7 +175,7 @@ def run(
         from evalsuite.report.table import results_table
 
         out.print(results_table(results))
-        print(directory / "index.html")
+        print((directory / "index.html").resolve())
     if results["cells"] and not any(cell["status"] == "scored" for cell in results["cells"]):
         worst = next((c for c in results["cells"] if c["status"] != "skipped"), results["cells"][0])
         raise EvalsuiteError(

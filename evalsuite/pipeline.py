@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from evalsuite.errors import WorkerFailed
+from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed
 from evalsuite.gpu.plan import cannot_stand_for
 from evalsuite.gpu.techniques import TECHNIQUES
 from evalsuite.gpu.techniques.base import Technique
@@ -61,7 +61,7 @@ class Run(Steps):
     def evaluate(self, cell: Cell) -> tuple[dict, dict[str, Path]]:
         """One cell's results (as in results.json, image paths left to `materialise`) and its image files.
 
-        Raises EvalsuiteError for bad input; a worker's death is reported in the cell."""
+        What goes wrong here is this cell's alone and stands in its message; only MachineLacks is raised."""
         started = time.perf_counter()
         technique = TECHNIQUES[cell.technique]
         result = {
@@ -92,7 +92,9 @@ class Run(Steps):
         files: dict[str, Path] = {}
         try:
             self._fill(cell, technique, result, files)
-        except WorkerFailed as error:
+        except MachineLacks:
+            raise
+        except EvalsuiteError as error:  # this cell's own trouble: an object out of view, a worker's death
             result["message"] = str(error)
         result["cost"]["wall_s"] = round(time.perf_counter() - started, 3)
         return result, files
@@ -190,7 +192,10 @@ def run_cells(run: Run, cells: list[Cell]) -> list[tuple[dict, dict[str, Path]]]
     Every scene is loaded before the first is rendered, so bad input is refused (EvalsuiteError) at once and costs nothing."""
     run.host()
     for source in {digest(run.source(cell)): run.source(cell) for cell in cells}.values():
-        run.outline(source).require_drawable()
+        try:
+            run.outline(source).require_drawable()
+        except WorkerFailed:  # kept with the step: each cell of this scene will say so, the other scenes go on
+            continue
     results: list = [None] * len(cells)
 
     def one(index: int) -> None:

@@ -218,6 +218,7 @@ def plan(report: Report, choice: Choice | None = None) -> list[Cell]:
                 if target not in TARGETS:
                     raise unknown("target", target, TARGETS, "`evalsuite list targets`")
                 for values in itertools.product(*sweep.values()):
+                    TECHNIQUES[technique].parse(dict(zip(sweep, values, strict=True)))
                     cell = Cell(
                         scene=_label(path, labels),
                         path=path,
