@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from evalsuite.errors import EvalsuiteError
+from evalsuite.gpu.techniques import TECHNIQUES
 from evalsuite.gpu.techniques.base import StandsFor, Technique
 from evalsuite.scene.model import Scene
 
@@ -45,22 +46,11 @@ class Binding:
         }
 
 
-def used_materials(scene: Scene) -> list[int]:
-    """Indices of the materials that a mesh carries."""
-    return sorted({mesh.material for mesh in scene.meshes if len(mesh.faces)})
-
-
-def scored_materials(technique: Technique, scene: Scene) -> frozenset[int]:
-    """Indices of the materials that the technique stands for and the scene's subject (if it names any) counts."""
-    wanted = [i for i in used_materials(scene) if not scene.subject or scene.materials[i].id in scene.subject]
-    return frozenset(i for i in wanted if technique.reason_against(scene.materials[i]) is None)
-
-
 def cannot_stand_for(technique: Technique, scene: Scene) -> str | None:
     """Why the technique has nothing to be scored on in the scene, or None if it has."""
-    if scored_materials(technique, scene):
+    if technique.scored_materials(scene):
         return None
-    wanted = [i for i in used_materials(scene) if not scene.subject or scene.materials[i].id in scene.subject]
+    wanted = [i for i in scene.used_materials if not scene.subject or scene.materials[i].id in scene.subject]
     if not wanted:
         return "no mesh carries " + (f"the subject ({', '.join(scene.subject)})" if scene.subject else "a material")
     return "; ".join(f"{scene.materials[i].id}: {technique.reason_against(scene.materials[i])}" for i in wanted)
@@ -77,10 +67,8 @@ def require_can_stand_for(technique: Technique, scene: Scene) -> None:
 
 def plan(technique: Technique, scene: Scene) -> dict[int, Binding]:
     """A binding for each material that a mesh carries. Raises EvalsuiteError for a plugin that no technique draws."""
-    from evalsuite.gpu.techniques import TECHNIQUES
-
-    scored, bindings = scored_materials(technique, scene), {}
-    for index in used_materials(scene):
+    scored, bindings = technique.scored_materials(scene), {}
+    for index in scene.used_materials:
         material = scene.materials[index]
         own = technique.reason_against(material) is None
         one = technique if own else TECHNIQUES.get(COMPANIONS.get(material.plugin, ""))

@@ -128,6 +128,11 @@ class Scene:
     refused: tuple[str, ...] = ()
     subject: tuple[str, ...] = ()
 
+    @property
+    def used_materials(self) -> list[int]:
+        """Indices of the materials that a mesh carries, ascending."""
+        return sorted({mesh.material for mesh in self.meshes if len(mesh.faces)})
+
     def require_drawable(self) -> None:
         """Raise EvalsuiteError naming the first element (with its line) that the GPU side cannot draw."""
         if self.refused:
@@ -137,9 +142,8 @@ class Scene:
                 "triangle meshes or analytic shapes, a perspective camera and an envmap, constant or sunsky emitter",
                 "remove it, or render with `evalsuite reference`",
             )
-        used = {mesh.material for mesh in self.meshes}
-        for index, material in enumerate(self.materials):
-            if index in used and material.undrawable:
+        for material in (self.materials[index] for index in self.used_materials):
+            if material.undrawable:
                 raise EvalsuiteError(
                     material.location or self.path,
                     f"{material.plugin} '{material.id}' ({material.undrawable})",

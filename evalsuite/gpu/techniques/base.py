@@ -104,6 +104,11 @@ class Technique:
             return f"{self.id} stands for {', '.join(self.stands_for)}, not for {material.plugin}"
         return self.stands_for[material.plugin].reason_against(material)
 
+    def scored_materials(self, scene: Scene) -> frozenset[int]:
+        """Indices of the materials that the technique stands for and the scene's subject (if it names any) counts."""
+        wanted = [i for i in scene.used_materials if not scene.subject or scene.materials[i].id in scene.subject]
+        return frozenset(i for i in wanted if self.reason_against(scene.materials[i]) is None)
+
     def defaults(self) -> dict[str, object]:
         """Every parameter with its default; None where it is chosen from the scene."""
         return {p.name: p.default for p in self.parameters}
@@ -140,11 +145,9 @@ class Technique:
 
     def resolved(self, scene: Scene, given: Settings) -> dict[str, object]:
         """Every parameter with its value for this scene. Raises EvalsuiteError."""
-        from evalsuite.gpu.plan import used_materials
-
         settings = {p.name: p.default for p in self.parameters}
         plugin = self.target_bsdf(settings)["type"]
-        for index in used_materials(scene):
+        for index in scene.used_materials:
             material = scene.materials[index]
             if material.plugin == plugin and (not scene.subject or material.id in scene.subject):
                 own = {n: v for n, v in material.parameters.items() if n in settings and v is not None}

@@ -38,11 +38,10 @@ def fill(scene: Scene, settings: Settings) -> dict[str, object]:
 
 def _reflection(scene: Scene, face_size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """r, λ and mask over the subject, whatever its BSDF is now; without a subject over what the technique stands for."""
-    from evalsuite.gpu.plan import scored_materials, used_materials
     from evalsuite.gpu.reflection import reflection
 
-    named = {i for i in used_materials(scene) if scene.materials[i].id in scene.subject}
-    return reflection(scene, face_size, frozenset(named) or scored_materials(TECHNIQUE, scene))
+    named = {i for i in scene.used_materials if scene.materials[i].id in scene.subject}
+    return reflection(scene, face_size, frozenset(named) or TECHNIQUE.scored_materials(scene))
 
 
 def uniforms(material: Material, settings: Settings) -> dict[str, object]:
