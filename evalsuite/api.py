@@ -138,7 +138,7 @@ def reference(
         exr.read(place / "reference.exr"),
         exr.read(place / "standard_error.exr"),
         (a, b),
-        run.object_mask(scene.bound)[1],
+        run.object_mask(scene.bound),
         meta["spp"],
         meta["reached_error"],
         meta["capped"],

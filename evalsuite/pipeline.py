@@ -14,8 +14,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed
 from evalsuite.gpu.plan import cannot_stand_for
 from evalsuite.gpu.techniques import TECHNIQUES
@@ -114,7 +112,7 @@ class Run(Steps):
             result |= {"status": "skipped", "message": reason}
             return
 
-        certificate, _ = self.object_mask(source)
+        certificate = self.certificate(source)
         result["certificate"] = certificate
         image, image_meta, image_cached, image_key = self.image(source, technique, parameters)
         reference, reference_meta, reference_cached, reference_key = self.reference(source, cell.target, self.settings.seed)
@@ -149,10 +147,7 @@ class Run(Steps):
                 "message": "the renderers do not see the same scene: " + "; ".join(certificate["reasons"]),
             }
             return
-        place, _ = self.certificate(source)
-        with np.load(place / "coverage.npz") as data:
-            coverage = data["coverage"]
-        place, meta = self.comparison((image, image_key), (reference, reference_key), coverage)
+        place, meta = self.comparison((image, image_key), (reference, reference_key), self.seen(source).coverage)
         result["metrics"] = meta["metrics"]
         result |= {k: meta[k] for k in ("exposure", "mask_pixels", "mean_image", "mean_reference")}
         result["notes"] += meta["notes"]

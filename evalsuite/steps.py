@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from evalsuite.compare.certificate import certify
 from evalsuite.execute.local import Workers
 from evalsuite.gpu.plan import COMPANIONS
 from evalsuite.gpu.techniques.base import Technique
@@ -21,7 +22,7 @@ from evalsuite.image import exr
 from evalsuite.image.color import luminance
 from evalsuite.plan import QUALITY
 from evalsuite.scene.dependencies import dependencies
-from evalsuite.scene.model import Scene, SceneSource
+from evalsuite.scene.model import GBuffer, Scene, SceneSource
 from evalsuite.scene.outline import outline_from_json, outline_to_json
 from evalsuite.store.cache import Store, digest, file_digest, package_versions, source_digest
 
@@ -135,29 +136,32 @@ class Steps:
                 self.progress.warn(f"{scene.environment.source}: {note}")
         return scene
 
-    def certificate(self, source: SceneSource) -> tuple[Path, dict]:
-        """Scene-equivalence certificate of a scene (materials' values do not matter for it), with Mitsuba's coverage."""
+    def seen(self, source: SceneSource) -> GBuffer:
+        """What Mitsuba's camera sees (materials' values do not matter for it)."""
+        source = replace(source, bindings={})
+        key = digest([self.fingerprint(source), self.settings.supersample, source_digest("reference/gbuffer.py")])
+
+        def make() -> tuple[Path, dict]:
+            self.progress.step(f"what Mitsuba sees of {source.path.stem}")
+            theirs = self.workers.reference.call("evalsuite.reference.worker:gbuffer", source, self.settings.supersample)
+            return self.store.put("seen", key, {}, lambda folder: np.savez_compressed(folder / "gbuffer.npz", **vars(theirs)))
+
+        place, *_ = self._once("seen", key, make)
+        with np.load(place / "gbuffer.npz") as data:
+            return GBuffer(**data)
+
+    def certificate(self, source: SceneSource) -> dict:
+        """Scene-equivalence certificate: what the GPU side sees of a scene against what Mitsuba sees."""
         source = replace(source, bindings={})
         code = source_digest("gpu/*.py", "gpu/glsl", "reference/gbuffer.py", "compare/certificate.py")
         key = digest([self.fingerprint(source), self.host()["gl_renderer"], self.settings.supersample, code])
 
         def make() -> tuple[Path, dict]:
-            scene = self.model(source)
-            self.progress.step(f"certificate of {source.path.stem}")
-            ours = self.workers.gpu.submit("evalsuite.gpu.worker:gbuffer", scene, self.settings.supersample)
-            theirs = self.workers.reference.call("evalsuite.reference.worker:gbuffer", source, self.settings.supersample)
-            from evalsuite.compare.certificate import certify
+            ours = self.workers.gpu.submit("evalsuite.gpu.worker:gbuffer", self.model(source), self.settings.supersample)
+            theirs = self.seen(source)
+            return self.store.put("certificate", key, certify(ours.result(), theirs).to_json())
 
-            result = certify(ours.result(), theirs).to_json()
-            return self.store.put(
-                "certificate",
-                key,
-                result,
-                lambda folder: np.savez_compressed(folder / "coverage.npz", material=theirs.material, coverage=theirs.coverage),
-            )
-
-        place, meta, _ = self._once("certificate", key, make)
-        return place, meta
+        return self._once("certificate", key, make)[1]
 
     def resolve(self, source: SceneSource, technique: Technique, parameters: Mapping) -> dict:
         """Parameters that follow from the picture itself (a LOD bias from an exponent, or the reverse), filled in."""
@@ -225,7 +229,7 @@ class Steps:
 
         def make() -> tuple[Path, dict]:
             self.model(source)  # a scene that does not load says so in its own words
-            _, mask = self.object_mask(source)
+            mask = self.object_mask(source)
             partial = self.store.partial(key)
             while True:
                 step = self.workers.reference.call("evalsuite.reference.worker:sample", source, plan, mask, str(partial))
@@ -247,14 +251,12 @@ class Steps:
 
         return (*self._once("reference", key, make), key)
 
-    def object_mask(self, source: SceneSource) -> tuple[dict, np.ndarray]:
-        """Pixels that the bound materials (all, when none is bound) cover whole: (H, W) bool, with the certificate."""
-        place, certificate = self.certificate(source)
-        with np.load(place / "coverage.npz") as data:
-            material, coverage = data["material"], data["coverage"]
+    def object_mask(self, source: SceneSource) -> np.ndarray:
+        """Pixels that the bound materials (all, when none is bound) cover whole in Mitsuba's eyes: (H, W) bool."""
+        seen = self.seen(source)
         ids = [m.id for m in self.outline(source).materials]
         bound = [ids.index(name) for name in source.bindings if name in ids]
-        return certificate, (material[bound].sum(0) if bound else coverage) >= 1 - 1e-6
+        return (seen.material[bound].sum(0) if bound else seen.coverage) >= 1 - 1e-6
 
     def comparison(self, image: tuple[Path, str], reference: tuple[Path, str], coverage: np.ndarray) -> tuple[Path, dict]:
         """metrics.json and the error maps of one cell."""

@@ -236,3 +236,26 @@ def test_render_reference_compare(evalsuite, tmp_path):
     metrics = json.loads(outcome.out)["metrics"]
     assert set(METRICS) <= set(metrics) and 0 < metrics["rel_rmse"]["value"] < 0.1
     assert exr.read(tmp_path / "maps" / "error.exr").shape == (40, 48, 3)
+
+
+def test_reference_of_what_the_gpu_side_cannot_draw(evalsuite, tmp_path):
+    """A dielectric lit by an area light alone is Mitsuba's business, and the error line of `run` sends the user there."""
+    lamp = '<shape type="sphere"><point name="center" x="0" y="3" z="0"/><emitter type="area"><rgb name="radiance" value="9"/></emitter></shape>'
+    (tmp_path / "s.xml").write_text(scene_xml(emitter="", plugin="dielectric", parameters="", extra=lamp))
+    outcome = evalsuite("reference", "s.xml", "--target", "path", "--target-error", "0.2", "-o", "r.exr", cwd=tmp_path)
+    assert outcome.code == 0, outcome.err
+    assert exr.read(tmp_path / "r.exr").mean() > 1e-3
+    refused = evalsuite("run", "--scene", "s.xml", "-t", "diffuse-sh9", "--out", "o", cwd=tmp_path)
+    assert refused.code == 2 and "evalsuite reference" in refused.err
+
+
+def test_an_object_out_of_view_costs_its_own_cell_only(evalsuite, tmp_path):
+    (tmp_path / "seen.xml").write_text(scene_xml())
+    (tmp_path / "unseen.xml").write_text(scene_xml().replace('target="0, 0, 0"', 'target="3, 2, 7"'))
+    words = ("-t", "diffuse-sh9", "--target", "unoccluded", "--json")
+    outcome = evalsuite("run", "--scene", "unseen.xml", "--scene", "seen.xml", *words, "--out", "o", cwd=tmp_path)
+    assert outcome.code == 0, outcome.err
+    status = {c["scene"]: (c["status"], c["message"]) for c in json.loads(outcome.out)["cells"]}
+    assert status["seen"][0] == "scored" and status["unseen"][0] == "failed" and "in view" in status["unseen"][1]
+    alone = evalsuite("run", "--scene", "unseen.xml", *words, "--out", "p", cwd=tmp_path)
+    assert alone.code == 2
