@@ -240,7 +240,8 @@ def test_render_reference_compare(evalsuite, tmp_path):
 
 def test_reference_of_what_the_gpu_side_cannot_draw(evalsuite, tmp_path):
     """A dielectric lit by an area light alone is Mitsuba's business, and the error line of `run` sends the user there."""
-    lamp = '<shape type="sphere"><point name="center" x="0" y="3" z="0"/><emitter type="area"><rgb name="radiance" value="9"/></emitter></shape>'
+    place = '<point name="center" x="0" y="3" z="0"/>'
+    lamp = f'<shape type="sphere">{place}<emitter type="area"><rgb name="radiance" value="9"/></emitter></shape>'
     (tmp_path / "s.xml").write_text(scene_xml(emitter="", plugin="dielectric", parameters="", extra=lamp))
     outcome = evalsuite("reference", "s.xml", "--target", "path", "--target-error", "0.2", "-o", "r.exr", cwd=tmp_path)
     assert outcome.code == 0, outcome.err
