@@ -21,7 +21,7 @@ from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed
 from evalsuite.execute.local import Lane, Workers
 from evalsuite.image import exr
 from evalsuite.pipeline import Progress as Told
-from evalsuite.pipeline import Run, Settings, run_cells
+from evalsuite.pipeline import Run, Settings, reproduce, run_cells
 from evalsuite.plan import Cell, Report
 from evalsuite.scene import builtin
 from evalsuite.store import results as store_results
@@ -43,9 +43,10 @@ def run_report(
     from evalsuite.report import page
 
     store_results.prepare(directory)
-    kept: dict[str, dict] = {}
-    if missing_only and (directory / "results.json").exists():
-        kept = {c["id"]: c for c in store_results.read(directory)["cells"] if c["status"] == "scored"}
+    earlier = store_results.read(directory)["cells"] if missing_only and (directory / "results.json").exists() else []
+    made = {c["id"]: c for c in earlier if c["status"] == "scored"}
+    # Only a cell that the same command would make again is not missing: another quality or size is another result.
+    kept = {c.id: made[c.id] for c in cells if c.id in made and made[c.id]["reproduce"] == reproduce(c, settings)}
     todo = [cell for cell in cells if cell.id not in kept]
     with Workers(jobs) as workers, _progress(console, len(todo)) as told:
         run = Run(Store(read=read_cache), workers, settings, told)

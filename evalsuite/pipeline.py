@@ -25,7 +25,7 @@ from evalsuite.scene.model import SUBJECT, Scene, SceneSource
 from evalsuite.steps import Progress, Settings, Steps
 from evalsuite.store.cache import digest
 
-__all__ = ["Progress", "Run", "Settings", "run_cells"]
+__all__ = ["Progress", "Run", "Settings", "reproduce", "run_cells"]
 
 
 class Run(Steps):
@@ -85,7 +85,7 @@ class Run(Steps):
             "warnings": [],
             "fit": None,
             "technique_info": technique.to_json(),
-            "reproduce": self.reproduce(cell),
+            "reproduce": reproduce(cell, self.settings),
         }
         files: dict[str, Path] = {}
         try:
@@ -154,31 +154,31 @@ class Run(Steps):
         files |= {name: place / f"{name}.exr" for name in ("error", "relative", "zscore", "flip", "mask")}
         result["status"] = "scored"
 
-    def reproduce(self, cell: Cell) -> str:
-        """The command that makes this cell again, whatever report it stands in."""
-        words = [
-            "evalsuite",
-            "run",
-            "--scene",
-            cell.scene if cell.path.parent == builtin.scenes_directory() else str(cell.path),
-            "-t",
-            cell.technique,
-            "--target",
-            cell.target,
-        ]
-        for name, value in cell.parameters.items():
-            words += ["-p", f"{name}={value}"]
-        if cell.environment:
-            words += ["--env", cell.environment if cell.environment_path.name != cell.environment else str(cell.environment_path)]
-        settings = self.settings
-        words += ["--target-error", f"{settings.target_error:g}"]
-        if settings.size:
-            words += ["--size", "{}x{}".format(*settings.size)]
-        if settings.repair_environment:
-            words.append("--repair-env")
-        if settings.seed:
-            words += ["--seed", str(settings.seed)]
-        return shlex.join(words)
+
+def reproduce(cell: Cell, settings: Settings) -> str:
+    """The command that makes this cell again, whatever report it stands in."""
+    words = [
+        "evalsuite",
+        "run",
+        "--scene",
+        cell.scene if cell.path.parent == builtin.scenes_directory() else str(cell.path),
+        "-t",
+        cell.technique,
+        "--target",
+        cell.target,
+    ]
+    for name, value in cell.parameters.items():
+        words += ["-p", f"{name}={value}"]
+    if cell.environment:
+        words += ["--env", cell.environment if cell.environment_path.name != cell.environment else str(cell.environment_path)]
+    words += ["--target-error", f"{settings.target_error:g}"]
+    if settings.size:
+        words += ["--size", "{}x{}".format(*settings.size)]
+    if settings.repair_environment:
+        words.append("--repair-env")
+    if settings.seed:
+        words += ["--seed", str(settings.seed)]
+    return shlex.join(words)
 
 
 def run_cells(run: Run, cells: list[Cell]) -> list[tuple[dict, dict[str, Path]]]:

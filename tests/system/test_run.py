@@ -260,3 +260,20 @@ def test_an_object_out_of_view_costs_its_own_cell_only(evalsuite, tmp_path):
     assert status["seen"][0] == "scored" and status["unseen"][0] == "failed" and "in view" in status["unseen"][1]
     alone = evalsuite("run", "--scene", "unseen.xml", *words, "--out", "p", cwd=tmp_path)
     assert alone.code == 2
+
+
+def test_missing_only_keeps_what_the_same_command_made(evalsuite, tmp_path):
+    (tmp_path / "s.xml").write_text(scene_xml())
+    words = ("run", "--scene", "s.xml", "--target", "unoccluded", "--out", "o", "--json", "--missing-only")
+
+    def cells(*more):
+        outcome = evalsuite(*words, *more, cwd=tmp_path)
+        assert outcome.code == 0, outcome.err
+        return {c["technique"]: c for c in json.loads(outcome.out)["cells"]}
+
+    first = cells("-t", "diffuse-sh9")
+    second = cells("-t", "diffuse-*")
+    assert set(second) == {"diffuse-sh9", "diffuse-topmip"}
+    assert second["diffuse-sh9"] == first["diffuse-sh9"]  # its cost too: nothing was made again
+    finer = cells("-t", "diffuse-sh9", "--target-error", "0.01")
+    assert finer["diffuse-sh9"]["target_error"] == 0.01 and finer["diffuse-sh9"]["reached_error"] <= 0.01
