@@ -79,7 +79,7 @@ def sample(source: SceneSource, plan: Mapping[str, Any], mask: NDArray[np.bool_]
             state = render.fresh(source, plan["seed"], 4 * state.pass_spp, state.seconds)
         render.save_state(state, path)
         return step
-    return step | {"mean": state.mean, "standard_error": state.standard_error, "halves": state.halves}
+    return step | {"mean": state.mean, "standard_error": render.standard_error(state, mask), "halves": state.halves}
 
 
 def albedo(

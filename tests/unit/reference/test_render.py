@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from dataclasses import replace
+from statistics import NormalDist
 
 import numpy as np
 import OpenEXR
@@ -184,3 +185,36 @@ def test_states_survive_pickling(source):
     state = render.advance(source, "direct", None, 2)
     assert same(pickle.loads(pickle.dumps(state)), state)
     assert pickle.loads(pickle.dumps(worker.load_model(source))).meshes[0].name
+
+
+def test_pooled_standard_error_makes_z_normal(source):
+    """Eight passes against many: with each pixel's own scatter z has Student's tails, pooled over neighbours it is normal."""
+    mask = worker.gbuffer(source).coverage >= 1
+    truth = render.advance(source, "unoccluded", render.fresh(source, 99, 256), 16, 99)
+    state = render.advance(source, "unoccluded", render.fresh(source, 5, 16), render.MIN_PASSES, 5)
+    difference = (state.mean.astype(np.float64) - truth.mean)[mask]
+    z, raw = (
+        difference / np.hypot(error, truth.standard_error)[mask]
+        for error in (render.standard_error(state, mask), state.standard_error)
+    )
+    assert z.size > 500
+    limit = NormalDist().inv_cdf(1 - (1 - 0.99 ** (1 / z.size)) / 2)  # Šidák at 1 %
+    assert 0.85 < z.std() < 1.1 and np.abs(z).max() < limit
+    assert np.abs(raw).max() > np.abs(z).max() and raw.std() > 1.05
+    # Pooling moves variance between neighbours; it does not make it more or less.
+    own, pooled = ((e.astype(np.float64)[mask] ** 2).mean() for e in (state.standard_error, render.standard_error(state, mask)))
+    assert pooled == pytest.approx(own, rel=0.1)
+
+
+def test_pooling_stays_on_its_side_and_spares_outliers():
+    state = fake(8, 0.1)
+    state = render.RenderState(np.full((12, 12, 3), 8.0), np.full((12, 12, 3), 8.0), np.zeros((12, 12, 3)), 64, 8, 0)
+    state.squares[...] = 8 * (4.0 + 7 * 0.01)  # standard error 0.1 …
+    state.squares[:, 6:] = 8 * 4.0  # … on the left, none on the right
+    state.squares[5, 2] = 8 * (4.0 + 7 * 1.0)  # and one pixel of ten times the error
+    mask = np.zeros((12, 12), bool)
+    mask[:, :6] = True
+    error = render.standard_error(state, mask)
+    assert error[5, 2] == pytest.approx(1.0, rel=1e-3)  # its own
+    assert error[11, 5] == pytest.approx(0.1, rel=1e-3)  # not dragged down by the quiet side
+    assert error[5, 8].max() < 1e-5  # nor the quiet side up
