@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from evalsuite.compare.certificate import certify
+from evalsuite.compare.mask import whole_pixels
 from evalsuite.execute.local import Workers
 from evalsuite.gpu.plan import COMPANIONS
 from evalsuite.gpu.techniques.base import Technique
@@ -225,7 +226,7 @@ class Steps:
         """Mitsuba picture: reference.exr, standard_error.exr, halves.npz; meta: samples, reached error, seconds."""
         settings = self.settings
         plan = {"target": target, "target_error": settings.target_error, "cap": settings.cap, "seed": seed}
-        key = digest([self.fingerprint(source), plan, source_digest("reference")])
+        key = digest([self.fingerprint(source), plan, source_digest("reference", "compare/mask.py")])
 
         def make() -> tuple[Path, dict]:
             self.model(source)  # a scene that does not load says so in its own words
@@ -256,7 +257,7 @@ class Steps:
         seen = self.seen(source)
         ids = [m.id for m in self.outline(source).materials]
         bound = [ids.index(name) for name in source.bindings if name in ids]
-        return (seen.material[bound].sum(0) if bound else seen.coverage) >= 1 - 1e-6
+        return whole_pixels(seen.material[bound].sum(0) if bound else seen.coverage)
 
     def comparison(self, image: tuple[Path, str], reference: tuple[Path, str], coverage: np.ndarray) -> tuple[Path, dict]:
         """metrics.json and the error maps of one cell."""

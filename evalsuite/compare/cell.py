@@ -8,12 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evalsuite.compare import compare
+from evalsuite.compare.mask import whole_pixels
 from evalsuite.errors import EvalsuiteError
 from evalsuite.image import exr
 from evalsuite.image.color import luminance
-
-#: A pixel counts when its sub-samples are all on the scored object in both renderers; float32 sums of ones are exact.
-WHOLE = 1 - 1e-6
 
 
 def compare_cell(image_folder: str, reference_folder: str, coverage: NDArray[np.float32]) -> dict:
@@ -28,7 +26,7 @@ def compare_cell(image_folder: str, reference_folder: str, coverage: NDArray[np.
     with np.load(reference_folder / "halves.npz") as halves:
         a, b = halves["a"], halves["b"]
     with np.load(image_folder / "scored.npz") as data:
-        mask = (data["scored"] >= WHOLE) & (coverage >= WHOLE)
+        mask = whole_pixels(np.minimum(data["scored"], coverage))
     if not mask.any():
         raise EvalsuiteError(
             image_folder,

@@ -88,7 +88,7 @@ def test_oracle_agrees_with_mitsuba_within_noise(cells, bsdf):
     variance = inside(cell, "standard_error").mean(axis=1) ** 2 + inside(cell, "image_standard_error").mean(axis=1) ** 2
     z = difference / np.sqrt(variance)
     assert len(z) > 1000 and 0.8 < z.std() < 1.25  # the stated errors are the real ones
-    limit = stats.t.isf((1 - 0.99 ** (1 / len(z))) / 2, 7)  # the reference's error comes from eight passes or more
-    assert np.abs(z).max() < min(limit, 6.0)
+    limit = stats.norm.isf((1 - 0.99 ** (1 / len(z))) / 2)
+    assert np.abs(z).max() < limit
     assert abs(difference.mean()) < 3.3 * np.sqrt(variance.sum()) / len(z)
     assert np.sqrt(variance).mean() < 0.02 * inside(cell, "reference").mean()  # a test that could have seen a difference
