@@ -21,7 +21,7 @@ from evalsuite.gpu.techniques.base import Technique
 from evalsuite.image.color import luminance
 from evalsuite.plan import Cell
 from evalsuite.scene import builtin
-from evalsuite.scene.model import SUBJECT, Scene, SceneSource
+from evalsuite.scene.model import OWN, SUBJECT, Scene, SceneSource
 from evalsuite.steps import Progress, Settings, Steps
 from evalsuite.store.cache import digest
 
@@ -44,7 +44,13 @@ class Run(Steps):
             names = [m.id for m in outline.materials if not m.undrawable and m.plugin in technique.stands_for]
         else:
             names = []
-        return {name: technique.target_bsdf(parameters) for name in names}
+        bound = {}
+        for name in names:
+            target = technique.target_bsdf(parameters)
+            own = outline.materials[ids.index(name)].textures
+            # A bitmap of the scene's stays unless the cell states another value.
+            bound[name] = target | {key: OWN for key in target if key in own and key not in cell.parameters}
+        return bound
 
     def bound_source(self, cell: Cell, technique: Technique, plain: SceneSource) -> tuple[SceneSource, dict]:
         """The scene with the cell's materials bound, and all of the technique's parameters."""
@@ -106,7 +112,8 @@ class Run(Steps):
             result["notes"] += outline.environment.remarks
         result["notes"] += [f"Drawn by Mitsuba only: {name}" for name in outline.mitsuba_only]
         source, parameters = self.bound_source(cell, technique, plain)
-        result["all_parameters"] = parameters
+        kept = [key for bound in source.bindings.values() for key, value in bound.items() if value == OWN]
+        result["all_parameters"] = parameters | dict.fromkeys(kept, "the scene's own bitmap")
         reason = cannot_stand_for(technique, self.outline(source))
         if reason:
             result |= {"status": "skipped", "message": reason}
@@ -130,7 +137,7 @@ class Run(Steps):
                 f"sampling stopped at the cap of {reference_meta['spp']} spp: the reference's relative standard error is "
                 f"{reference_meta['reached_error']:.2%}, asked for was {self.settings.target_error:.2%}"
             )
-        if outline.environment.radiance.shape == (1, 1, 3) and source.bindings:
+        if outline.environment.radiance.shape == (1, 1, 3) and source.bindings and not kept:
             # In a furnace the truth is albedo × radiance: show the albedo itself beside what the technique returns.
             light = float(luminance(outline.environment.radiance)[0, 0])
             result["albedo"] = self.albedo(next(iter(source.bindings.values()))) | {"radiance": light}

@@ -7,16 +7,20 @@ sub-sample: the hardware's own derivatives, hence its MIP level, stay those of o
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import log2
 
 import numpy as np
 
 from evalsuite.errors import EvalsuiteError
-from evalsuite.gpu import camera, environment, programs
+from evalsuite.gpu import camera, environment, material_maps, programs
 from evalsuite.gpu.drawing import Drawing
 from evalsuite.gpu.passes import Draw, Stage, background_draw
 from evalsuite.gpu.plan import Binding, plan, require_can_stand_for
 from evalsuite.gpu.techniques.base import Frame, Prepared, Technique
 from evalsuite.scene.model import Scene
+
+#: Colours that material.glsl sets before a shader runs, from these values or from bitmaps.
+_REFLECTANCES = ("diffuse_reflectance", "specular_reflectance")
 
 
 def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], supersample: int = 4, seed: int = 0) -> Drawing:
@@ -37,9 +41,9 @@ def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], s
         one = binding.technique
         if one.id not in prepared:
             settings[one.id] = one.resolved(scene, parameters if one is technique else {})
-            prepared[one.id] = one.prepare(env, settings[one.id])
+            prepared[one.id] = one.prepare(env, settings[one.id], scene)
 
-    draws = [_material_draw(scene, i, bindings, settings, prepared, technique) for i in range(len(scene.materials))]
+    draws = [_material_draws(scene, i, bindings, settings, prepared, supersample) for i in range(len(scene.materials))]
     stage, sky = Stage(scene), background_draw(env.latlong, env.uniforms)
     width, height = scene.camera.size
     total, variance = np.zeros((height, width, 4)), np.zeros((height, width, 3))
@@ -50,7 +54,7 @@ def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], s
         if technique.per_pass is not None:
             frame = Frame(index, len(grid), rounds, seed)
             moving = technique.per_pass(frame, settings[technique.id])
-            draws = [d and Draw(d.program, {**d.uniforms, **moving}, d.textures) for d in draws]
+            draws = [[Draw(d.program, {**d.uniforms, **moving}, d.textures) for d in layers] for layers in draws]
         stage.run(subsample, draws, sky)
         total += stage.read(0)
         if technique.random:
@@ -71,30 +75,37 @@ def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], s
     )
 
 
-def _material_draw(
+def _material_draws(
     scene: Scene,
     index: int,
     bindings: Mapping[int, Binding],
     settings: Mapping[str, Mapping[str, object]],
     prepared: Mapping[str, Prepared],
-    technique: Technique,
-) -> Draw | None:
-    """The draw of one material, or None for a material no mesh uses."""
+    supersample: int,
+) -> list[Draw]:
+    """The draws of one material, one a layer of its technique; none for a material no mesh uses."""
     if index not in bindings:
-        return None
+        return []
     binding, material = bindings[index], scene.materials[index]
     one = binding.technique
-    defines = dict(one.defines(settings[one.id]))
-    if one.random:
-        defines["WITH_VARIANCE"] = 1
-    program = programs.technique_program(one.shader, vertex_stage=one.vertex_stage, defines=defines)
+    own = settings[one.id]
+    maps, map_uniforms, map_defines = material_maps.of(material)
+    material_uniforms = binding.stands_for.uniforms(material, own)
     uniforms = {
         **prepared[one.id].uniforms,
-        **binding.stands_for.uniforms(material, settings[one.id]),
+        **material_uniforms,
+        **{f"{name}_value": material_uniforms[name] for name in _REFLECTANCES if name in material_uniforms},
+        **map_uniforms,
+        "map_bias": -log2(supersample),
         "two_sided": material.two_sided,
         "scored": float(binding.scored),
     }
-    return Draw(program, uniforms, prepared[one.id].textures)
+    common = {**one.defines(own), **map_defines, **({"WITH_VARIANCE": 1} if one.random else {})}
+    programs_of_layers = [
+        programs.technique_program(one.shader, library=one.library, vertex_stage=one.vertex_stage, defines={**common, **layer})
+        for layer in one.layers(own)
+    ]
+    return [Draw(program, uniforms, {**prepared[one.id].textures, **maps}) for program in programs_of_layers]
 
 
 def _side_notes(scene: Scene, bindings: Mapping[int, Binding]) -> tuple[str, ...]:

@@ -5,9 +5,11 @@ from __future__ import annotations
 
 import time
 from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import blake2b
+from typing import TypeVar
 
 import moderngl
 import numpy as np
@@ -18,7 +20,10 @@ from evalsuite.math import cubemap
 from evalsuite.math.sphere import latlong_solid_angles
 from evalsuite.scene.model import Environment
 
+T = TypeVar("T")
+
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # Rec.709, linear
+_CACHED_DERIVED = 12
 _CACHED = 3  # environments kept: a 1024² cube is 134 MB
 
 
@@ -70,6 +75,7 @@ class GpuEnvironment:
         self.latlong.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self.uniforms = {"env_to_local": np.asarray(environment.to_world, np.float64).T}
         self._cubes: dict[int, Cube] = {}
+        self._kept: OrderedDict[tuple, object] = OrderedDict()
         self._textures: list[moderngl.Texture] = [self.latlong]
 
     @property
@@ -95,6 +101,16 @@ class GpuEnvironment:
                 self._cubes.pop(next(iter(self._cubes))).texture.release()
             self._cubes[width] = self._resample(width)
         return self._cubes[width]
+
+    def kept(self, key: tuple, make: Callable[[], T]) -> T:
+        """What was derived from this environment under `key` (a prefiltered map, say), made when first asked for. The last
+        few are kept; what has a `release()` is released with them."""
+        if key not in self._kept:
+            while len(self._kept) >= _CACHED_DERIVED:
+                _release(self._kept.popitem(last=False)[1])
+            self._kept[key] = make()
+        self._kept.move_to_end(key)
+        return self._kept[key]
 
     def _resample(self, width: int) -> Cube:
         gl = context.get()
@@ -154,8 +170,13 @@ class GpuEnvironment:
 
     def release(self) -> None:
         """Free the textures."""
-        for texture in [*self._textures, *(cube.texture for cube in self._cubes.values())]:
-            texture.release()
+        for texture in [*self._textures, *(cube.texture for cube in self._cubes.values()), *self._kept.values()]:
+            _release(texture)
+
+
+def _release(derived: object) -> None:
+    if hasattr(derived, "release"):
+        derived.release()
 
 
 _cache: OrderedDict[bytes, GpuEnvironment] = OrderedDict()

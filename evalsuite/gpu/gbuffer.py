@@ -14,7 +14,7 @@ def gbuffer(scene: Scene, supersample: int = 4) -> GBuffer:
     scene.require_drawable()
     stage = Stage(scene)
     program = programs.program((programs.part("surface.vert"),), (programs.part("gbuffer.frag"),))
-    draws = [Draw(program, {"material": float(i), "two_sided": m.two_sided}) for i, m in enumerate(scene.materials)]
+    draws = [[Draw(program, {"material": float(i), "two_sided": m.two_sided})] for i, m in enumerate(scene.materials)]
     env = environment.of(scene.environment)
     sky = background_draw(env.latlong, env.uniforms)
 

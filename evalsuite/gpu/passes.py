@@ -72,10 +72,11 @@ class Stage:
             self._arrays[key] = context.get().vertex_array(program, content, indices, index_element_size=4)
         return self._arrays[key]
 
-    def run(self, subsample: tuple[float, float], materials: Sequence[Draw | None], background: Draw | None = None) -> None:
+    def run(self, subsample: tuple[float, float], materials: Sequence[Sequence[Draw]], background: Draw | None = None) -> None:
         """Depth pre-pass, then background where nothing was hit, then each mesh with its material's program.
 
-        materials: one Draw per Scene.materials, None leaves its meshes out of the shading (they still hide others).
+        materials: the Draws, in order, of each of Scene.materials; none leaves its meshes out of the shading (they still
+        hide others).
         """
         gl, scene = context.get(), self.scene
         clip = camera.world_to_clip(scene.camera, *self._range, subsample)
@@ -97,8 +98,7 @@ class Stage:
             if background is not None:
                 self._background(subsample, background)
             for index, (material, *_) in enumerate(self._meshes):
-                draw = materials[material]
-                if draw is not None:
+                for draw in materials[material]:
                     programs.set_uniforms(draw.program, {**common, **draw.uniforms})
                     programs.bind_textures(draw.program, draw.textures)
                     self._vertex_array(index, draw.program).render()

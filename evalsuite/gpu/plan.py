@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from evalsuite.errors import EvalsuiteError
 from evalsuite.gpu.techniques import TECHNIQUES
 from evalsuite.gpu.techniques.base import StandsFor, Technique
-from evalsuite.scene.model import Scene
+from evalsuite.scene.model import Scene, Texture
 
 #: Who draws a material that the technique at hand cannot stand for. Such pixels are never scored.
 COMPANIONS: Mapping[str, str] = {
@@ -41,7 +41,7 @@ class Binding:
             "plugin": material.plugin,
             "technique": self.technique.id,
             "text": self.stands_for.text,
-            "parameters": {**material.parameters, **derived},
+            "parameters": {name: str(v) if isinstance(v, Texture) else v for name, v in material.parameters.items()} | derived,
             "scored": self.scored,
         }
 

@@ -95,19 +95,23 @@ def compute(parts: tuple[Part, ...], defines: Defines = ()) -> moderngl.ComputeS
         raise _compile_error(str(error), parts, parts[-1].name) from error
 
 
-def technique_program(shader: Path, *, vertex_stage: bool, defines: Mapping[str, object]) -> moderngl.Program:
+def technique_program(
+    shader: Path, *, library: Sequence[str] = (), vertex_stage: bool = False, defines: Mapping[str, object]
+) -> moderngl.Program:
     """The forward-shading program of a technique's GLSL file.
 
-    shader: defines `vec3 shade(Surface s)`; with vertex_stage also `vec3 shade_vertex(vec3 normal)`. Raises EvalsuiteError.
+    shader: defines `vec3 shade(Surface s)`; with vertex_stage also `vec3 shade_vertex(vec3 normal)`. library: files of
+    gpu/glsl/library that it uses. Raises EvalsuiteError.
     """
     own = read_part(shader)
     for function in ["shade", *(["shade_vertex"] if vertex_stage else [])]:
         if not re.search(rf"\bvec3\s+{function}\s*\(", own.text):
             raise EvalsuiteError(shader, f"no function `{function}`", f"`vec3 {function}(…)`", "define it")
     settings = tuple(sorted({**defines, **({"VERTEX_STAGE": 1} if vertex_stage else {})}.items()))
-    library = (part("surface.glsl"), part("fresnel.glsl"), part("latlong.glsl"))
-    vertex = (*library, own, part("surface.vert")) if vertex_stage else (part("surface.vert"),)
-    return program(vertex, (*library, own, part("main.frag")), settings)
+    always = (part("surface.glsl"), part("fresnel.glsl"), part("latlong.glsl"))
+    before = (*always, *(part(f"library/{name}") for name in library))
+    vertex = (*before, own, part("surface.vert")) if vertex_stage else (part("surface.vert"),)
+    return program(vertex, (*before, own, part("material.glsl"), part("main.frag")), settings)
 
 
 def set_uniforms(target: moderngl.Program | moderngl.ComputeShader, values: Mapping[str, object]) -> None:

@@ -18,7 +18,7 @@ def reflection(
     stage = Stage(scene)
     program = programs.program((programs.part("surface.vert"),), (programs.part("reflection.frag"),))
     draws = [
-        Draw(program, {"two_sided": m.two_sided, "scored": float(i in materials), "env_face_size": float(face_size)})
+        [Draw(program, {"two_sided": m.two_sided, "scored": float(i in materials), "env_face_size": float(face_size)})]
         for i, m in enumerate(scene.materials)
     ]
     stage.run(camera.CENTRE, draws)

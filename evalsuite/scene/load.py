@@ -18,7 +18,7 @@ from evalsuite.errors import EvalsuiteError
 from evalsuite.scene.environment import clean_environment, read_environment, scaled
 from evalsuite.scene.materials import describe_material
 from evalsuite.scene.model import SUBJECT, Camera, Environment, Material, Scene, SceneSource, TriangleMesh
-from evalsuite.scene.parse import ParsedScene
+from evalsuite.scene.parse import WRAPPERS, ParsedScene
 from evalsuite.scene.shapes import MESHES, mitsuba_mesh, shape_triangles
 from evalsuite.scene.sky import bake_sky
 from evalsuite.scene.tessellate import CANONICAL
@@ -84,6 +84,9 @@ def load(source: SceneSource) -> LoadedScene:
             material=_material(parsed, index, name, shape.bsdf(), materials, bsdfs),
         )
         meshes.append(mesh)
+        material = materials[mesh.material]
+        if mesh.uvs is None and (material.textures or material.normal_map):
+            refused.append(f"a bitmap on the shape '{name}', which has no texture coordinates ({parsed.location(index)})")
         if parsed.plugin(index) in CANONICAL:
             lights = parsed.children(index, "Emitter")
             emitter = ParsedScene(source).instantiate(lights[0]) if lights else None
@@ -159,11 +162,13 @@ def _material(parsed: ParsedScene, shape: int, shape_name: str, bsdf: Any, mater
     nodes = parsed.children(shape, "BSDF")
     node = nodes[0] if nodes else None
     name = parsed.nodes[node].props.id() if node is not None else f"diffuse of {shape_name}"
-    if node is not None and parsed.plugin(node) == "twosided":
+    if node is not None and name not in parsed.named:
         # A generated name says less than the one the author gave to what is inside.
-        inner = [parsed.nodes[i].props.id() for i in parsed.children(node, "BSDF")]
-        if name not in parsed.named and inner[:1] and inner[0] in parsed.named:
-            name = inner[0]
+        wrapped = node
+        while name not in parsed.named and parsed.plugin(wrapped) in WRAPPERS:
+            wrapped = parsed.children(wrapped, "BSDF")[0]
+            inner = parsed.nodes[wrapped].props.id()
+            name = inner if inner in parsed.named else name
     for i, known in enumerate(materials):
         if known.id == name:
             return i

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from evalsuite.scene.model import DRAWABLE, Material, Rgb
-from evalsuite.scene.parse import ParsedScene
+from evalsuite.scene.model import DRAWABLE, Material, Rgb, Texture
+from evalsuite.scene.parse import WRAPPERS, ParsedScene
+from evalsuite.scene.textures import read_texture
 
 #: Values of parameters that Mitsuba leaves out of `traverse` when the file does.
 _DEFAULTS: dict[str, float | Rgb | str] = {"specular_reflectance": (1.0, 1.0, 1.0), "distribution": "beckmann"}
@@ -20,30 +22,41 @@ def describe_material(parsed: ParsedScene, index: int | None, bsdf: Any, name: s
     from it. name: id to file it under.
     """
     if index is None:
-        return _canonical(name, "diffuse", {}, _values(bsdf), False, "")
-    location, two_sided, prefix = parsed.location(index), False, ""
-    if parsed.plugin(index) == "twosided":
+        return _canonical(name, "diffuse", {}, _values(bsdf), {})
+    location, two_sided, prefix, normal_map, undrawable = parsed.location(index), False, "", None, None
+    while parsed.plugin(index) in WRAPPERS:
         inner = parsed.children(index, "BSDF")
         if len(inner) > 1:
             return Material(name, "twosided", {}, True, "its two sides differ", location)
-        index, two_sided, prefix = inner[0], True, "brdf_0."
-    properties = parsed.properties(index)
+        if parsed.plugin(index) == "twosided":
+            two_sided, prefix = True, prefix + "brdf_0."
+        else:
+            prefix += "nested_bsdf."
+            normal_map = read_texture(parsed, parsed.child(index, "normalmap"))
+            undrawable = None if normal_map else f"a normal map that is not a bitmap ({location})"
+        index = inner[0]
     plugin = parsed.plugin(index)
     if plugin not in DRAWABLE:
         return Material(name, plugin, {}, two_sided, "the GPU side has no such BSDF", location)
-    return _canonical(name, plugin, properties, _values(bsdf, prefix), two_sided, location)
+    textures = {key: read_texture(parsed, parsed.child(index, key)) for key in DRAWABLE[plugin] if parsed.child(index, key)}
+    textures = {key: texture for key, texture in textures.items() if texture}
+    material = _canonical(name, plugin, parsed.properties(index), _values(bsdf, prefix), textures)
+    return replace(material, two_sided=two_sided, location=location, normal_map=normal_map,
+                   undrawable=undrawable or material.undrawable)  # fmt: skip
 
 
 def _canonical(
-    name: str, plugin: str, properties: dict[str, Any], values: dict[str, Any], two_sided: bool, location: str
+    name: str, plugin: str, properties: dict[str, Any], values: dict[str, Any], textures: dict[str, Texture]
 ) -> Material:
-    parameters: dict[str, float | Rgb | str] = {}
+    parameters: dict[str, float | Rgb | str | Texture] = {}
     undrawable = None
     for key in DRAWABLE[plugin]:
         if key == "distribution":
             parameters[key] = str(properties.get(key, _DEFAULTS[key]))
         elif key in values:
             parameters[key] = _scalar(values[key]) if key in ("alpha", "exponent") else _rgb(values[key])
+        elif key in textures and key.endswith("reflectance"):
+            parameters[key] = textures[key]
         elif any(other.startswith(f"{key}.") for other in values):
             undrawable = undrawable or f"textured {key}"
         elif key in _DEFAULTS:
@@ -54,7 +67,7 @@ def _canonical(
             undrawable = undrawable or f"{key} is not a constant"
     if plugin == "roughconductor" and not undrawable and properties.get("alpha_u") != properties.get("alpha_v"):
         undrawable = "anisotropic alpha"
-    return Material(name, plugin, parameters, two_sided, undrawable, location)
+    return Material(name, plugin, parameters, undrawable=undrawable)
 
 
 def _values(bsdf: Any, prefix: str = "") -> dict[str, Any]:

@@ -30,6 +30,10 @@ DRAWABLE: Mapping[str, tuple[str, ...]] = {
 }
 
 
+#: A binding's value for a parameter that keeps what the scene's own BSDF has there (a bitmap, say).
+OWN = "<own>"
+
+
 @dataclass(frozen=True)
 class SceneSource:
     """What decides a scene before anything is loaded: small, picklable, hashable by `store`.
@@ -83,17 +87,40 @@ class TriangleMesh:
 
 
 @dataclass(frozen=True, eq=False)
+class Texture:
+    """A bitmap over a surface's uv, as Mitsuba's `bitmap` looks it up: texels: (H, W, 3) float32, linear Rec.709 reflectance
+    (or raw values), texel centres at ((i + ½)/W, (j + ½)/H) of the transformed coordinates, row 0 at v = 0. to_uv: (3, 3)
+    float64 transform of (u, v, 1). wrap: repeat, mirror or clamp. nearest: no interpolation. source: file it came from."""
+
+    texels: NDArray[np.float32]
+    to_uv: NDArray[np.float64]
+    wrap: str = "repeat"
+    nearest: bool = False
+    source: str = ""
+
+    def __str__(self) -> str:
+        return f"bitmap {Path(self.source).name}".rstrip()
+
+
+@dataclass(frozen=True, eq=False)
 class Material:
-    """One BSDF as the scene states it. id: the XML id (or `<plugin>-<n>`). plugin: Mitsuba's name, `twosided` taken off
-    and noted. parameters: as listed in `DRAWABLE`; colours are linear Rec.709 triples. undrawable: why the GPU side cannot
+    """One BSDF as the scene states it. id: the XML id (or `<plugin>-<n>`). plugin: Mitsuba's name, `twosided` and `normalmap`
+    taken off and noted. parameters: as listed in `DRAWABLE`; colours are linear Rec.709 triples or Textures. normal_map: raw
+    Texture, normal = 2 texel − 1 in the frame of ∂p/∂u and the shading normal, or None. undrawable: why the GPU side cannot
     draw it (None if it can). location: "file.xml (line 4, col 4)"."""
 
     id: str
     plugin: str
-    parameters: Mapping[str, float | Rgb | str]
+    parameters: Mapping[str, float | Rgb | str | Texture]
     two_sided: bool = False
     undrawable: str | None = None
     location: str = ""
+    normal_map: Texture | None = None
+
+    @property
+    def textures(self) -> dict[str, Texture]:
+        """Its textured parameters."""
+        return {name: value for name, value in self.parameters.items() if isinstance(value, Texture)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +166,7 @@ class Scene:
             raise EvalsuiteError(
                 self.path,
                 self.refused[0],
-                "triangle meshes or analytic shapes, a perspective camera and an envmap, constant or sunsky emitter",
+                "triangle meshes (with uvs under bitmaps), a perspective camera and an envmap, constant or sunsky emitter",
                 "remove it, or render with `evalsuite reference`",
             )
         for material in (self.materials[index] for index in self.used_materials):

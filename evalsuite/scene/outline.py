@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from evalsuite.scene.model import Camera, Environment, Material, Scene, TriangleMesh
+from evalsuite.scene.model import Camera, Environment, Material, Scene, Texture, TriangleMesh
 
 #: One degenerate triangle: an outline's mesh is there, but has no shape.
 _POINT, _FACE = np.zeros((1, 3), np.float32), np.zeros((1, 3), np.uint32)
@@ -31,7 +31,9 @@ def outline_to_json(scene: Scene) -> dict:
             {
                 "id": m.id,
                 "plugin": m.plugin,
-                "parameters": dict(m.parameters),
+                "parameters": {k: v for k, v in m.parameters.items() if k not in m.textures},
+                "textures": {k: t.source for k, t in m.textures.items()},
+                "normal_map": m.normal_map and m.normal_map.source,
                 "two_sided": m.two_sided,
                 "undrawable": m.undrawable,
                 "location": m.location,
@@ -62,6 +64,18 @@ def _texels(constant: list[float] | None) -> np.ndarray:
     return np.zeros((2, 2, 3), np.float32) if constant is None else np.array(constant, np.float32).reshape(1, 1, 3)
 
 
+def _material(data: dict) -> Material:
+    """A material again; its bitmaps are one grey texel."""
+    textures = {key: _texture(source) for key, source in data.pop("textures").items()}
+    normal_map = data.pop("normal_map")
+    parameters = {**data.pop("parameters"), **textures}
+    return Material(**data, parameters=parameters, normal_map=None if normal_map is None else _texture(normal_map))
+
+
+def _texture(source: str) -> Texture:
+    return Texture(np.full((1, 1, 3), 0.5, np.float32), np.eye(3), source=source)
+
+
 def outline_from_json(data: dict) -> Scene:
     """The scene again, with degenerate meshes; a constant environment is one texel, any other a black stand-in of 2×2."""
     camera, environment = data["camera"], data["environment"]
@@ -78,7 +92,7 @@ def outline_from_json(data: dict) -> Scene:
             camera["far"],
         ),
         meshes=tuple(TriangleMesh(mesh["name"], _POINT, _POINT, _FACE, mesh["material"]) for mesh in data["meshes"]),
-        materials=tuple(Material(**m) for m in data["materials"]),
+        materials=tuple(_material(dict(m)) for m in data["materials"]),
         environment=None
         if environment is None
         else Environment(

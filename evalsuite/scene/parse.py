@@ -13,10 +13,14 @@ from pathlib import Path
 from typing import Any
 
 from evalsuite.errors import EvalsuiteError
-from evalsuite.scene.model import SceneSource
+from evalsuite.scene.model import OWN, SceneSource
 
 _PLACE = re.compile(r"(?:At|While loading|Error while loading) (?P<place>[^\n]+? \(line \d+, col \d+\)): ?(?P<what>.*)", re.S)
 _XML_FILE = re.compile(r'(?:Parsing of XML file|Error while loading XML file) "(?P<place>.+?)"(?: failed)?: (?P<what>.*)', re.S)
+
+
+#: BSDFs that change another one, which their first child is.
+WRAPPERS = ("twosided", "normalmap")
 
 
 class ParsedScene:
@@ -73,6 +77,16 @@ class ParsedScene:
         """Indices of child objects, in the order of the file."""
         return [i for i in self._links[index].values() if kind is None or self.kind(i) == kind]
 
+    def child(self, index: int, key: str) -> int | None:
+        """Index of the child object that is a property, or None."""
+        return self._links[index].get(key)
+
+    def innermost(self, index: int) -> int:
+        """The BSDF inside its wrappers."""
+        while self.plugin(index) in WRAPPERS and self.children(index, "BSDF"):
+            index = self.children(index, "BSDF")[0]
+        return index
+
     def remove_child(self, parent: int, child: int) -> None:
         for key in [k for k, i in self._links[parent].items() if i == child]:
             del self.nodes[parent].props[key]
@@ -114,7 +128,8 @@ class ParsedScene:
         return ids
 
     def _bind(self, bindings: Mapping[str, Mapping[str, object]]) -> None:
-        """Put the bound plugins in place of BSDFs; of a `twosided`, in place of what it wraps."""
+        """Put the bound plugins in place of BSDFs; of a `twosided` or `normalmap`, in place of what it wraps. Parameters
+        whose value is OWN stay as the scene has them."""
         for name, plugin in bindings.items():
             index = self.ids.get(name)
             if index is None or self.kind(index) != "BSDF":
@@ -124,19 +139,22 @@ class ParsedScene:
                 )
             if not isinstance(plugin.get("type"), str):
                 raise EvalsuiteError(f"binding '{name}'", f"{dict(plugin)}", "a plugin dictionary with a 'type'")
-            if self.plugin(index) == "twosided" and plugin["type"] != "twosided":
-                inner = self.children(index, "BSDF")
-                for other in inner[1:]:
-                    self.remove_child(index, other)
-                index = inner[0]
+            if plugin["type"] not in WRAPPERS:
+                if self.plugin(index) == "twosided":
+                    for other in self.children(index, "BSDF")[1:]:
+                        self.remove_child(index, other)
+                index = self.innermost(index)
             props = self.nodes[index].props
-            for key in list(props.keys()):
+            kept = {key for key, value in plugin.items() if value == OWN}
+            for key in set(props.keys()) - kept:
                 del props[key]
             props.set_plugin_name(plugin["type"])
-            values = {key: self._plain(name, key, value) for key, value in plugin.items() if key != "type"}
+            values = {key: self._plain(name, key, value) for key, value in plugin.items() if key != "type" and key not in kept}
             for key, value in values.items():
                 props[key] = value
-            self._plugins[index], self._properties[index], self._links[index] = plugin["type"], values, {}
+            self._plugins[index] = plugin["type"]
+            self._properties[index] = {k: v for k, v in self._properties[index].items() if k in kept} | values
+            self._links[index] = {k: i for k, i in self._links[index].items() if k in kept}
 
     def _plain(self, name: str, key: str, value: object) -> object:
         if isinstance(value, bool | str):

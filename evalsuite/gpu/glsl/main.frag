@@ -14,11 +14,12 @@ layout(location = 1) out vec4 out_variance;
 void main() {
     Surface s;
     s.position = v_position;
-    s.normal = normalize(v_normal);
     s.to_view = normalize(camera_position - v_position);
     s.uv = v_uv;
-    float facing = dot(s.normal, s.to_view);
-    if (two_sided && facing < 0.0) s.normal = -s.normal;
+    vec3 smooth_normal = normalize(v_normal);
+    float facing = dot(smooth_normal, s.to_view);
+    s.normal = material_normal(smooth_normal, v_position, v_uv, two_sided && facing < 0.0);
+    set_reflectances(v_uv);
 #ifdef VERTEX_STAGE
     s.vertex_value = v_vertex_value;
 #else

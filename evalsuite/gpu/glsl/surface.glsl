@@ -14,9 +14,10 @@ uniform samplerCube env_cube;
 uniform float env_face_size;
 uniform float env_max_level;
 
-// The material, as the technique's mapping states it.
-uniform vec3 diffuse_reflectance;
-uniform vec3 specular_reflectance;
+// The material, as the technique's mapping states it. The two reflectances are set before shade() is called, from a bitmap
+// where the material has one; shade_vertex() runs before that and must leave them to shade().
+vec3 diffuse_reflectance;
+vec3 specular_reflectance;
 uniform float exponent;
 uniform vec3 eta;
 uniform vec3 k;

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -68,13 +68,15 @@ class Technique:
     """A real-time approximation: what it is, what truth it is held against, and how it is drawn.
 
     shader: GLSL file that defines `vec3 shade(Surface s)` (see gpu/glsl/surface.glsl for what it may use); with vertex_stage
-    also `vec3 shade_vertex(vec3 normal)`. target: what Mitsuba renders for it; target_bsdf: parameters → Mitsuba plugin
-    dictionary of plain values that a report binds to the subject. prepare: environment → uniforms and textures.
-    twin: (environment, normals, to_view, material parameters, settings) → (N, 3) float64 radiance, an independent NumPy
-    computation of what shade() returns. resolves: fill() finds material parameters in the picture, so the target waits for
-    it. random: standard error comes with the picture. rounds: how many passes each sub-sample is averaged over; per_pass:
-    uniforms of one pass. fill: (scene, settings, with the names "given") → values for parameters that are still open.
-    fit: an analysis of the picture for the page.
+    also `vec3 shade_vertex(vec3 normal)`. library: files of gpu/glsl/library compiled in before it. target: what Mitsuba
+    renders for it; target_bsdf: parameters → Mitsuba plugin dictionary of plain values that a report binds to the subject.
+    prepare: (environment, settings, scene) → uniforms and textures. twin: (environment, normals, to_view, material
+    parameters, settings) → (N, 3) float64 radiance, an independent NumPy computation of what shade() returns. twin_bound:
+    largest difference between the two over the twin's mean on a CPU renderer, for twin_bound_reason, with twin_settings.
+    resolves: fill() finds material parameters in the picture, so the target waits for it. random: standard error comes with
+    the picture. layers: `#define`s of each draw of a mesh, one over the other. rounds: how many passes each sub-sample is
+    averaged over; per_pass: uniforms of one pass. fill: (scene, settings, with the names "given") → values for parameters
+    that are still open. fit: an analysis of the picture for the page.
     """
 
     id: str
@@ -86,13 +88,18 @@ class Technique:
     stands_for: Mapping[str, StandsFor]
     target_bsdf: Callable[[Settings], dict[str, object]]
     shader: Path
-    prepare: Callable[[GpuEnvironment, Settings], Prepared]
+    prepare: Callable[[GpuEnvironment, Settings, Scene], Prepared]
     twin: Callable[[Environment, Float, Float, Settings, Settings], Float]
     target: str = "unoccluded"
+    library: tuple[str, ...] = ()
+    twin_bound: float = 2e-4
+    twin_bound_reason: str = "float32 coordinates of r and of the resampled map"
+    twin_settings: Mapping[str, object] = field(default_factory=dict)
     resolves: bool = False
     vertex_stage: bool = False
     random: bool = False
     defines: Callable[[Settings], Mapping[str, object]] = lambda settings: {}
+    layers: Callable[[Settings], Sequence[Mapping[str, object]]] = lambda settings: ({},)
     rounds: Callable[[Settings, int], int] = lambda settings, subsamples: 1
     per_pass: Callable[[Frame, Settings], Mapping[str, object]] | None = None
     fill: Callable[[Scene, Settings], Mapping[str, object]] = lambda scene, settings: {}
@@ -150,7 +157,9 @@ class Technique:
         for index in scene.used_materials:
             material = scene.materials[index]
             if material.plugin == plugin and (not scene.subject or material.id in scene.subject):
-                own = {n: v for n, v in material.parameters.items() if n in settings and v is not None}
+                own = {
+                    n: v for n, v in material.parameters.items() if n in settings and n not in material.textures and v is not None
+                }
                 settings.update(self.parse(own))
                 break
         settings.update(self.parse(given))

@@ -16,7 +16,7 @@ from evalsuite.gpu.techniques import common
 from evalsuite.gpu.techniques.base import Float, Frame, Parameter, Prepared, Settings, StandsFor, Technique
 from evalsuite.math import phong
 from evalsuite.math.sphere import latlong_lookup, latlong_to_direction
-from evalsuite.scene.model import Environment, Material
+from evalsuite.scene.model import Environment, Material, Scene
 
 if TYPE_CHECKING:
     from evalsuite.gpu.environment import GpuEnvironment
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _DIFFUSE, _PHONG, _BLINN_PHONG = 0, 1, 2
 
 
-def prepare(env: GpuEnvironment, settings: Settings) -> Prepared:
+def prepare(env: GpuEnvironment, settings: Settings, scene: Scene) -> Prepared:
     """The map and its sampling tables."""
     return Prepared({**env.uniforms, "map_has_energy": env.has_energy}, {"env_latlong": env.latlong, **env.sampling})
 

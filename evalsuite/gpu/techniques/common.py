@@ -11,7 +11,7 @@ import numpy as np
 
 from evalsuite.gpu.techniques.base import Parameter, Prepared, Settings
 from evalsuite.math import cubemap, phong
-from evalsuite.scene.model import Environment, Material, Scene
+from evalsuite.scene.model import Environment, Material, Scene, Texture
 
 if TYPE_CHECKING:
     from evalsuite.gpu.environment import GpuEnvironment
@@ -87,9 +87,9 @@ def fill_face_size(scene: Scene, settings: Settings) -> dict[str, object]:
 
 
 def colour(material: Material, name: str, default: object = WHITE) -> tuple[float, float, float]:
-    """A colour of a material as a uniform."""
+    """A colour of a material as a uniform; white where a bitmap gives it (the shader looks that up)."""
     value = material.parameters.get(name)
-    return rgb(default if value is None else value)
+    return WHITE if isinstance(value, Texture) else rgb(default if value is None else value)
 
 
 def diffuse_uniforms(material: Material, settings: Settings) -> dict[str, object]:
@@ -123,6 +123,16 @@ def rough_conductor_uniforms(material: Material, settings: Settings) -> dict[str
     return {**conductor_uniforms(material, settings), "exponent": float(phong.alpha_to_exponent(alpha))}
 
 
+def lobe_target(plugin: str) -> Callable[[Settings], dict[str, object]]:
+    """Target BSDF of a technique that draws one lobe of `phong` or `blinnphong` and no diffuse part."""
+    return lambda settings: {
+        "type": plugin,
+        "exponent": settings["exponent"],
+        "specular_reflectance": settings["specular_reflectance"],
+        "diffuse_reflectance": 0.0,
+    }
+
+
 def no_diffuse_part(material: Material) -> str | None:
     """Against a lobe material that also has a diffuse part."""
     if max(colour(material, "diffuse_reflectance", 0.0)) > 0:
@@ -130,7 +140,7 @@ def no_diffuse_part(material: Material) -> str | None:
     return None
 
 
-def prepare_cube(env: GpuEnvironment, settings: Settings) -> Prepared:
+def prepare_cube(env: GpuEnvironment, settings: Settings, scene: Scene) -> Prepared:
     """The environment as a cubemap with the hardware's MIPs."""
     cube = env.cube(settings["face_size"])
     uniforms = {"env_face_size": float(cube.face_size), "env_max_level": float(cube.max_level)}

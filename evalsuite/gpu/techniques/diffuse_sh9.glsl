@@ -16,7 +16,7 @@ vec3 irradiance(vec3 n) {
 
 vec3 shade_vertex(vec3 normal) {
 #ifdef PER_VERTEX
-    return diffuse_reflectance / PI * irradiance(normalize(normal));
+    return irradiance(normalize(normal));
 #else
     return vec3(0.0);
 #endif
@@ -24,7 +24,7 @@ vec3 shade_vertex(vec3 normal) {
 
 vec3 shade(Surface s) {
 #ifdef PER_VERTEX
-    return s.vertex_value;
+    return diffuse_reflectance / PI * s.vertex_value;
 #else
     return diffuse_reflectance / PI * irradiance(s.normal);
 #endif

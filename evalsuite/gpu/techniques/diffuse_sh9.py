@@ -11,7 +11,7 @@ import numpy as np
 from evalsuite.gpu.techniques import common
 from evalsuite.gpu.techniques.base import Float, Parameter, Prepared, Settings, StandsFor, Technique
 from evalsuite.math import cubemap, sh
-from evalsuite.scene.model import Environment
+from evalsuite.scene.model import Environment, Scene
 
 if TYPE_CHECKING:
     from evalsuite.gpu.environment import GpuEnvironment
@@ -24,9 +24,9 @@ def _level(level0: Float, settings: Settings) -> Float:
     return next(level for level in cubemap.box_mips(level0) if level.shape[1] <= settings["sh_face_size"])
 
 
-def prepare(env: GpuEnvironment, settings: Settings) -> Prepared:
+def prepare(env: GpuEnvironment, settings: Settings, scene: Scene) -> Prepared:
     """L_i of the cubemap, on the CPU in float64."""
-    cube = common.prepare_cube(env, settings)
+    cube = common.prepare_cube(env, settings, scene)
     start = time.perf_counter()
     coefficients = sh.project_cube(_level(env.cube(settings["face_size"]).level0, settings))
     elapsed = 1e3 * (time.perf_counter() - start)

@@ -142,12 +142,7 @@ TECHNIQUE = Technique(
     stands_for={
         "phong": StandsFor("k_s as it is; N and b matched by solid angle over the picture", uniforms, common.no_diffuse_part)
     },
-    target_bsdf=lambda settings: {
-        "type": "phong",
-        "exponent": settings["exponent"],
-        "specular_reflectance": settings["specular_reflectance"],
-        "diffuse_reflectance": 0.0,
-    },
+    target_bsdf=common.lobe_target("phong"),
     shader=Path(__file__).with_suffix(".glsl"),
     prepare=common.prepare_cube,
     twin=twin,

@@ -50,12 +50,7 @@ TECHNIQUE = Technique(
             common.rough_conductor_uniforms,
         ),
     },
-    target_bsdf=lambda settings: {
-        "type": "blinnphong",
-        "exponent": settings["exponent"],
-        "specular_reflectance": settings["specular_reflectance"],
-        "diffuse_reflectance": 0.0,
-    },
+    target_bsdf=common.lobe_target("blinnphong"),
     shader=Path(__file__).with_suffix(".glsl"),
     prepare=common.prepare_cube,
     twin=twin,
