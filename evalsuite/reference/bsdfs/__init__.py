@@ -9,16 +9,18 @@ _registered: set[str] = set()
 
 
 def register() -> None:
-    """Register `phong` and `blinnphong` with the active Mitsuba variant; does nothing the second time."""
+    """Register the plugins with the active Mitsuba variant; does nothing the second time."""
     import mitsuba as mi
 
-    from . import blinn_phong, phong
+    from . import blinn_phong, fresnel_mirror, kautz, phong
     from .lobe import define_lobe_bsdf
 
     variant = mi.variant()
     if variant in _registered:
         return
-    for name, lobe in {"phong": phong.PhongLobe, "blinnphong": blinn_phong.BlinnPhongLobe}.items():
-        plugin = define_lobe_bsdf(name, lobe)
+    lobes = {"phong": phong.PhongLobe, "blinnphong": blinn_phong.BlinnPhongLobe, "kautz": kautz.KautzLobe}
+    plugins = {name: define_lobe_bsdf(name, lobe) for name, lobe in lobes.items()}
+    plugins[fresnel_mirror.NAME] = fresnel_mirror.define_fresnel_mirror()
+    for name, plugin in plugins.items():
         mi.register_bsdf(name, plugin)
     _registered.add(variant)

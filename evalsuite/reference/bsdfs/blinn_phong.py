@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from .lobe import clamped_power, sample_cosine_power
+from .lobe import Lobe, clamped_power, sample_cosine_power
 
 
-class BlinnPhongLobe:
+class BlinnPhongLobe(Lobe):
     """(s+8)/(8π) (h·n)₊^s cos θ_o; h is drawn from (s+1)/(2π) cos^s, hence l with a density of that over 4 (h·v).
 
     The weight (s+8)/(s+1) (h·v)(n·l) is bounded, but at small s wide: there a share 2^−s of the samples is drawn

@@ -12,7 +12,11 @@ from evalsuite.errors import EvalsuiteError
 
 
 class Lobe(Protocol):
-    """One glossy lobe, all in float32 Dr.Jit arrays, for wi and wo in the upper hemisphere."""
+    """One glossy lobe, all in float32 Dr.Jit arrays, for wi and wo in the upper hemisphere. parameter, default: name and
+    default of the plugin's glossy coefficient (RGB or texture)."""
+
+    parameter = "specular_reflectance"
+    default = 1.0
 
     @staticmethod
     def eval(wi: Any, wo: Any, exponent: Any) -> Any:
@@ -29,12 +33,18 @@ class Lobe(Protocol):
     @staticmethod
     def cosine_share(exponent: float) -> float:
         """Share of the lobe's own samples better drawn from a cosine."""
+        return 0.0
+
+    @staticmethod
+    def weights(cos_view: Any, glossy: Any, diffuse: Any) -> tuple[Any, Any]:
+        """Weights of lobe and Lambert part, from the glossy coefficient and k_d, at cos_view = n·v."""
+        return glossy, diffuse
 
 
 def define_lobe_bsdf(name: str, lobe: type[Lobe]) -> type:
     """The plugin class for the active Mitsuba variant (each variant has base classes of its own).
 
-    Parameters: specular_reflectance k_s (RGB or texture, 1), diffuse_reflectance k_d (RGB or texture, 0), exponent (50).
+    Parameters: the lobe's glossy coefficient, k_s but for `kautz`, diffuse_reflectance k_d (RGB or texture, 0), exponent (50).
     Constructing it raises EvalsuiteError for an exponent that is negative or not finite, and for reflectances outside [0, 1].
     """
     import drjit as dr
@@ -46,12 +56,8 @@ def define_lobe_bsdf(name: str, lobe: type[Lobe]) -> type:
             exponent = float(props.get("exponent", 50.0))
             if not (math.isfinite(exponent) and exponent >= 0.0):
                 raise EvalsuiteError(name, f"exponent {exponent:g}", "a finite exponent ≥ 0")
-            for key in ("specular_reflectance", "diffuse_reflectance"):
-                # Mitsuba itself checks colours, but not single numbers.
-                if isinstance(props.get(key), float | int) and not 0.0 <= props[key] <= 1.0:
-                    raise EvalsuiteError(name, f"{key} {props[key]:g}", "a reflectance between 0 and 1")
-            self.specular = props.get_texture("specular_reflectance", 1.0)
-            self.diffuse = props.get_texture("diffuse_reflectance", 0.0)
+            self.glossy = reflectance(props, name, lobe.parameter, lobe.default)
+            self.diffuse = reflectance(props, name, "diffuse_reflectance", 0.0)
             self.exponent = mi.Float(exponent)
             self._prepare()
             self.m_components = [
@@ -66,25 +72,25 @@ def define_lobe_bsdf(name: str, lobe: type[Lobe]) -> type:
             dr.make_opaque(self.exponent, self.cosine_share)
 
         def traverse(self, cb: Any) -> None:
-            cb.put("specular_reflectance", self.specular, mi.ParamFlags.Differentiable)
+            cb.put(lobe.parameter, self.glossy, mi.ParamFlags.Differentiable)
             cb.put("diffuse_reflectance", self.diffuse, mi.ParamFlags.Differentiable)
             cb.put("exponent", self.exponent, mi.ParamFlags.Differentiable)
 
         def parameters_changed(self, keys: Any) -> None:
             self._prepare()
 
-        def _lobe_probability(self, si: Any, active: Any) -> Any:
-            specular = dr.mean(self.specular.eval(si, active))
-            diffuse = dr.mean(self.diffuse.eval(si, active))
-            total = specular + diffuse
-            return dr.select(total > 0.0, specular * (1.0 - self.cosine_share) / total, 0.0)
+        def _weights(self, si: Any, active: Any) -> tuple[Any, Any, Any]:
+            """Weights of lobe and Lambert part, and the probability of sampling the lobe."""
+            cos_view = mi.Frame3f.cos_theta(si.wi)
+            glossy, diffuse = lobe.weights(cos_view, self.glossy.eval(si, active), self.diffuse.eval(si, active))
+            total = dr.mean(glossy) + dr.mean(diffuse)
+            return glossy, diffuse, dr.select(total > 0.0, dr.mean(glossy) * (1.0 - self.cosine_share) / total, 0.0)
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> tuple[Any, Any]:
             cos_i, cos_o = mi.Frame3f.cos_theta(si.wi), mi.Frame3f.cos_theta(wo)
             active = (cos_i > 0.0) & (cos_o > 0.0) & active
-            value = self.diffuse.eval(si, active) * (cos_o * dr.inv_pi)
-            value += self.specular.eval(si, active) * lobe.eval(si.wi, wo, self.exponent)
-            probability = self._lobe_probability(si, active)
+            glossy, diffuse, probability = self._weights(si, active)
+            value = diffuse * (cos_o * dr.inv_pi) + glossy * lobe.eval(si.wi, wo, self.exponent)
             pdf = probability * lobe.pdf(si.wi, wo, self.exponent)
             pdf += (1.0 - probability) * mi.warp.square_to_cosine_hemisphere_pdf(wo)
             return dr.select(active, value, 0.0), dr.select(active, pdf, 0.0)
@@ -97,7 +103,7 @@ def define_lobe_bsdf(name: str, lobe: type[Lobe]) -> type:
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> tuple[Any, Any]:
             active = (mi.Frame3f.cos_theta(si.wi) > 0.0) & active
-            take_lobe = sample1 < self._lobe_probability(si, active)
+            take_lobe = sample1 < self._weights(si, active)[2]
             bs = mi.BSDFSample3f()
             bs.wo = dr.select(
                 take_lobe,
@@ -116,10 +122,17 @@ def define_lobe_bsdf(name: str, lobe: type[Lobe]) -> type:
             return bs, dr.select(active, value / bs.pdf, 0.0)
 
         def to_string(self) -> str:
-            return f"{name}[exponent={self.exponent[0]:g}, specular={self.specular}, diffuse={self.diffuse}]"
+            return f"{name}[exponent={self.exponent[0]:g}, {lobe.parameter}={self.glossy}, diffuse={self.diffuse}]"
 
     LobeBSDF.__name__ = LobeBSDF.__qualname__ = name
     return LobeBSDF
+
+
+def reflectance(props: Any, plugin: str, key: str, default: float) -> Any:
+    """A plugin's reflectance as a texture. Mitsuba itself checks colours; single numbers outside [0, 1] raise EvalsuiteError."""
+    if isinstance(props.get(key), float | int) and not 0.0 <= props[key] <= 1.0:
+        raise EvalsuiteError(plugin, f"{key} {props[key]:g}", "a reflectance between 0 and 1")
+    return props.get_texture(key, default)
 
 
 def sample_cosine_power(exponent: Any, sample: Any) -> Any:

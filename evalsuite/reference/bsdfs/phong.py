@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from .lobe import clamped_power, sample_cosine_power
+from .lobe import Lobe, clamped_power, sample_cosine_power
 
 
-class PhongLobe:
+class PhongLobe(Lobe):
     """(N+1)/(2π) (r·l)₊^N, drawn exactly by `sample`: only the horizon makes its weight other than k_s."""
 
     @staticmethod
@@ -28,7 +28,3 @@ class PhongLobe:
         import mitsuba as mi
 
         return mi.Frame3f(mi.reflect(wi)).to_world(sample_cosine_power(exponent, sample))
-
-    @staticmethod
-    def cosine_share(exponent: float) -> float:
-        return 0.0
