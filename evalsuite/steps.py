@@ -17,7 +17,7 @@ import numpy as np
 from evalsuite.compare.certificate import certify
 from evalsuite.compare.mask import whole_pixels
 from evalsuite.execute.local import Workers
-from evalsuite.gpu.plan import COMPANIONS
+from evalsuite.gpu.plan import plan
 from evalsuite.gpu.techniques.base import Technique
 from evalsuite.image import exr
 from evalsuite.image.color import luminance
@@ -26,6 +26,7 @@ from evalsuite.scene.dependencies import dependencies
 from evalsuite.scene.model import GBuffer, Scene, SceneSource
 from evalsuite.scene.outline import outline_from_json, outline_to_json
 from evalsuite.store.cache import Store, digest, file_digest, package_versions, source_digest
+from evalsuite.store.sources import technique_files
 
 #: Sub-samples per pixel axis on the GPU: edge-pixel coverage within 0.036 rms of Mitsuba's box filter (4×4).
 SUPERSAMPLE = 4
@@ -166,7 +167,7 @@ class Steps:
 
     def resolve(self, source: SceneSource, technique: Technique, parameters: Mapping) -> dict:
         """Parameters that follow from the picture itself (a LOD bias from an exponent, or the reverse), filled in."""
-        key = digest([self.fingerprint(source), technique.id, parameters, self._gpu_code(technique)])
+        key = digest([self.fingerprint(source), technique.id, parameters, self._gpu_code(source, technique)])
 
         def make() -> tuple[Path, dict]:
             scene = self.model(source)
@@ -175,12 +176,13 @@ class Steps:
 
         return self._once("resolved", key, make)[1]["parameters"]
 
-    def _gpu_code(self, technique: Technique) -> list:
-        """What decides a technique's pixels: its own two files, what all share, and who draws."""
-        stems = {technique.id, *COMPANIONS.values()}
-        own = [f"gpu/techniques/{stem.replace('-', '_')}.*" for stem in sorted(stems)]
-        shared = ("gpu/*.py", "gpu/glsl", "gpu/techniques/base.py", "gpu/techniques/common.py", "math", "scene/model.py")
-        return [self.host()["gl_renderer"], package_versions("moderngl", "numpy"), source_digest(*own, *shared)]
+    def _gpu_code(self, source: SceneSource, technique: Technique) -> list:
+        """What decides a picture besides the scene: the renderer, what all drawing shares, and the files of the techniques
+        that draw the scene's materials."""
+        drawn_by = {binding.technique.shader for binding in plan(technique, self.outline(source)).values()}
+        own = sorted({str(path): file_digest(path) for shader in drawn_by for path in technique_files(shader)}.values())
+        shared = ("gpu/*.py", "gpu/glsl/*.*", "gpu/techniques/base.py", "math/cubemap.py", "math/sphere.py", "scene/model.py")
+        return [self.host()["gl_renderer"], package_versions("moderngl", "numpy"), source_digest(*shared), own]
 
     def image(self, source: SceneSource, technique: Technique, parameters: Mapping) -> tuple[Path, dict, bool, str]:
         """GPU picture: image.exr, scored.exr and, for a sampled technique, standard_error.exr."""
@@ -189,7 +191,7 @@ class Steps:
                 self.fingerprint(source),
                 technique.id,
                 parameters,
-                self._gpu_code(technique),
+                self._gpu_code(source, technique),
                 self.settings.supersample,
                 self.settings.seed,
             ]

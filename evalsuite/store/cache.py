@@ -23,6 +23,9 @@ import platformdirs
 from evalsuite.errors import EvalsuiteError
 
 
+SHADERS = (".glsl", ".comp", ".vert", ".frag", ".geom")
+
+
 def cache_directory() -> Path:
     """$EVALSUITE_CACHE, else the user's cache folder."""
     return Path(os.environ.get("EVALSUITE_CACHE") or platformdirs.user_cache_path("evalsuite"))
@@ -70,7 +73,7 @@ def source_digest(*modules: str) -> str:
     files: set[Path] = set()
     for module in modules:
         found = root.glob(f"{module}/**/*" if (root / module).is_dir() else module)
-        sources = {p for p in found if p.suffix in {".py", ".glsl"}}
+        sources = {p for p in found if p.suffix in {".py", *SHADERS}}
         if not sources:
             raise ValueError(module)
         files |= sources
