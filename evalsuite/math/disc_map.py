@@ -1,0 +1,59 @@
+"""What paraboloid and sphere maps share: a unit circle in a square of texels. Exact integrals over cut texels, look-ups."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Float = NDArray[np.float64]
+
+
+def centred_edges(size: int, border: float = 0.0) -> Float:
+    """Texel edges (size + 1,) of a map of size² texels whose unit circle is drawn with radius size/2 − border texels."""
+    return (np.arange(size + 1) - 0.5 * size) / (0.5 * size - border)
+
+
+def centres(size: int, border: float = 0.0) -> Float:
+    """Texel centres (size,) in the coordinates of `centred_edges`."""
+    return (np.arange(size) + 0.5 - 0.5 * size) / (0.5 * size - border)
+
+
+def second_difference(corner: Float) -> Float:
+    """Integral over each texel from that over [0, x] × [0, y] at its corners, (n + 1, n + 1) → (n, n)."""
+    return corner[1:, 1:] - corner[:-1, 1:] - corner[1:, :-1] + corner[:-1, :-1]
+
+
+def disc_texels(edges: ArrayLike, line: Callable[[Float, Float], Float], arc: float) -> Float:
+    """∫ over texel ∩ unit disc of a density that depends on the radius alone, (n, n), by Green's theorem.
+
+    The density g(ρ) is the divergence of G(ρ)(x, y), so an integral is ∮ G (x dy − y dx). line(a, b): that integral up the line
+    x = a from y = 0 to b. arc: its value for one radian of the unit circle, G(1). On lines through the origin it vanishes;
+    hence, for x, y ≥ 0, the integral over [0, x] × [0, y] ∩ disc is
+        **line(x, min(y, √(1 − x²))) + line(y, min(x, √(1 − y²))) + arc · max(0, asin y − acos x)**,
+    odd in x and in y; a texel is its second difference, not below 0 (rounding leaves −10⁻¹⁶ of slivers).
+    """
+    e = np.clip(np.asarray(edges, np.float64), -1.0, 1.0)
+    x, y = np.abs(e)[None, :], np.abs(e)[:, None]
+    corner = line(x, np.minimum(y, np.sqrt(1.0 - x * x))) + line(y, np.minimum(x, np.sqrt(1.0 - y * y)))
+    corner = corner + arc * np.maximum(0.0, np.arcsin(y) - np.arccos(x))
+    texels = second_difference(np.sign(e)[None, :] * np.sign(e)[:, None] * corner)
+    edges = np.asarray(edges, np.float64)
+    nearest = np.maximum(0.0, np.maximum(edges[:-1], -edges[1:]))
+    outside = np.hypot(nearest[None, :], nearest[:, None]) >= 1.0
+    return np.where(outside, 0.0, np.maximum(texels, 0.0))
+
+
+def bilinear(texels: ArrayLike, x: ArrayLike, y: ArrayLike) -> Float:
+    """Texture look-up clamped to the edge. texels: (h, w, C); x, y: (...) in texels, centres at ½. Returns (..., C) float64."""
+    texels = np.asarray(texels)
+    height, width = texels.shape[:2]
+    x = np.clip(np.asarray(x, np.float64) - 0.5, 0.0, width - 1.0)
+    y = np.clip(np.asarray(y, np.float64) - 0.5, 0.0, height - 1.0)
+    i, j = np.minimum(x.astype(np.int64), max(width - 2, 0)), np.minimum(y.astype(np.int64), max(height - 2, 0))
+    right, below = np.minimum(i + 1, width - 1), np.minimum(j + 1, height - 1)
+    p, q = (x - i)[..., None], (y - j)[..., None]
+    upper = (1.0 - p) * texels[j, i] + p * texels[j, right]
+    lower = (1.0 - p) * texels[below, i] + p * texels[below, right]
+    return (1.0 - q) * upper + q * lower
