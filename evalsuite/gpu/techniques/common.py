@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from functools import lru_cache
 from math import isfinite
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evalsuite.gpu.techniques.base import Parameter, Prepared, Settings
-from evalsuite.math import cubemap, phong
+from evalsuite.math import cubemap, phong, sh
 from evalsuite.scene.model import Environment, Material, Scene, Texture
 
 if TYPE_CHECKING:
@@ -146,6 +147,24 @@ def prepare_cube(env: GpuEnvironment, settings: Settings, scene: Scene) -> Prepa
     uniforms = {"env_face_size": float(cube.face_size), "env_max_level": float(cube.max_level)}
     note = f"cubemap of {cube.face_size}² texels a face; resampling changed the map's energy by {cube.energy_residual:+.1e}"
     return Prepared(uniforms, {"env_cube": cube.texture}, cube.prepare_ms, (note,))
+
+
+def sh9(env: GpuEnvironment, face_size: int) -> tuple[dict[str, object], float]:
+    """Uniform `sh` of library/sh.glsl, L_i of the cubemap with faces face_size², and the milliseconds that projecting took."""
+
+    def project() -> tuple[dict[str, object], float]:
+        level0 = env.cube(face_size).level0
+        start = time.perf_counter()
+        coefficients = sh.project_cube(level0)
+        return {"sh": coefficients}, 1e3 * (time.perf_counter() - start)
+
+    return env.kept(("sh9", face_size), project)
+
+
+@lru_cache(maxsize=8)
+def twin_sh9(environment: Environment, face_size: int) -> np.ndarray:
+    """(9, 3) L_i of an environment in float64, for twins."""
+    return sh.project_cube(twin_cube(environment, face_size).levels[0])
 
 
 @lru_cache(maxsize=8)

@@ -63,6 +63,7 @@ TECHNIQUE = Technique(
     stands_for={"diffuse": StandsFor("reflectance as it is", common.diffuse_uniforms)},
     target_bsdf=lambda settings: {"type": "diffuse", "reflectance": settings["reflectance"]},
     shader=Path(__file__).with_suffix(".glsl"),
+    library=("sh.glsl",),
     prepare=prepare,
     twin=twin,
     vertex_stage=True,
