@@ -66,6 +66,7 @@ TECHNIQUE = Technique(
     library=("sh.glsl",),
     prepare=prepare,
     twin=twin,
+    twin_settings={"face_size": 32},
     vertex_stage=True,
     defines=lambda settings: {"PER_VERTEX": 1} if settings["per"] == "vertex" else {},
     fill=common.fill_face_size,

@@ -33,5 +33,6 @@ TECHNIQUE = Technique(
     shader=Path(__file__).with_suffix(".glsl"),
     prepare=common.prepare_cube,
     twin=twin,
+    twin_settings={"face_size": 32},
     fill=common.fill_face_size,
 )

@@ -146,6 +146,7 @@ TECHNIQUE = Technique(
     shader=Path(__file__).with_suffix(".glsl"),
     prepare=common.prepare_cube,
     twin=twin,
+    twin_settings={"face_size": 32},
     resolves=True,
     fill=fill,
     fit=fit,

@@ -58,6 +58,7 @@ TECHNIQUE = Technique(
     shader=Path(__file__).with_suffix(".glsl"),
     prepare=common.prepare_cube,
     twin=twin,
+    twin_settings={"face_size": 64},
     defines=lambda settings: {"HARDWARE_LOD": 1} if settings["filter"] == "hardware" else {},
     fill=fill,
 )  # fmt: skip
