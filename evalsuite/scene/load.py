@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evalsuite.errors import EvalsuiteError
+from evalsuite.scene.dependencies import check_parameters, room_path
 from evalsuite.scene.environment import clean_environment, read_environment, scaled
 from evalsuite.scene.materials import describe_material
 from evalsuite.scene.model import SUBJECT, Camera, Environment, Material, Scene, SceneSource, TriangleMesh
@@ -51,6 +52,7 @@ def load(source: SceneSource) -> LoadedScene:
     """Load a scene. Raises EvalsuiteError, with file and line, for anything that Mitsuba cannot load or nothing here draws;
     what Mitsuba alone can draw is listed in `Scene.refused`, `Scene.mitsuba_only` and `Material.undrawable`."""
 
+    check_parameters(source.path, source.defines)
     parsed = ParsedScene(source)
     if not parsed.children(0, "Sensor"):
         raise EvalsuiteError(source.path, "no sensor", "a perspective camera", 'add <sensor type="perspective">')
@@ -105,6 +107,7 @@ def load(source: SceneSource) -> LoadedScene:
         mitsuba_only=tuple(mitsuba_only),
         refused=tuple(refused),
         subject=tuple(m.id for m in materials if m.id == SUBJECT),
+        room_file=room_path(source.path, source.defines),
     )
     return LoadedScene(scene, tuple(bsdfs), built, tuple(owners.get(s.id(), -1) for s in built.shapes()))
 

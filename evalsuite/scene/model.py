@@ -27,6 +27,11 @@ DRAWABLE: Mapping[str, tuple[str, ...]] = {
     "roughconductor": ("specular_reflectance", "eta", "k", "alpha", "distribution"),
     "phong": ("specular_reflectance", "diffuse_reflectance", "exponent"),
     "blinnphong": ("specular_reflectance", "diffuse_reflectance", "exponent"),
+    "kautz": ("fresnel_normal", "diffuse_reflectance", "exponent"),
+    "fresnelmirror": ("eta", "diffuse_reflectance", "combine"),
+    "plastic": ("eta", "diffuse_reflectance", "specular_reflectance", "nonlinear"),
+    "roughplastic": ("eta", "diffuse_reflectance", "specular_reflectance", "nonlinear", "alpha", "distribution"),
+    "npr": ("style", "viewer", "cool", "warm", "width", "strokes"),
 }
 
 
@@ -41,7 +46,8 @@ class SceneSource:
     path: the Mitsuba XML file. environment: a lat-long .exr/.hdr that replaces the scene's environment, or None.
     size: (width, height) in pixels that replaces the film's, or None. bindings: BSDF id → Mitsuba plugin dictionary of
     plain values (`{"type": "phong", "exponent": 50.0, "specular_reflectance": (1, 1, 1)}`) that replaces that BSDF in
-    both renderers. repair_environment: replace NaN/Inf texels (with a warning) instead of raising.
+    both renderers. repair_environment: replace NaN/Inf texels (with a warning) instead of raising. defines: values of the
+    parameters that the XML leaves open (`<default name="x" value="0"/>`), other than their defaults.
     """
 
     path: Path
@@ -49,6 +55,7 @@ class SceneSource:
     size: tuple[int, int] | None = None
     bindings: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
     repair_environment: bool = False
+    defines: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +118,7 @@ class Material:
 
     id: str
     plugin: str
-    parameters: Mapping[str, float | Rgb | str | Texture]
+    parameters: Mapping[str, float | Rgb | str | bool | Texture]
     two_sided: bool = False
     undrawable: str | None = None
     location: str = ""
@@ -139,11 +146,29 @@ class Environment:
 
 
 @dataclass(frozen=True, eq=False)
+class Room:
+    """The real surroundings as F one-sided triangles with light on them, sampled on a lattice of each (`math.mesh_colors`):
+    what the GPU side draws for a probe. corners: (F, 3, 3) float32 world, counter-clockwise from the side that is seen.
+    divisions: (F,) int32 cuts of each edge. radiance, emission: (S, 3) float32 [W m⁻² sr⁻¹], all of the outgoing light and
+    the part that is emitted; reflectance: (S, 3) float32, diffuse; S samples, triangle after triangle. spp: paths a sample.
+    standard_error: of radiance, mean over the samples, over their mean."""
+
+    corners: NDArray[np.float32]
+    divisions: NDArray[np.int32]
+    radiance: NDArray[np.float32]
+    emission: NDArray[np.float32]
+    reflectance: NDArray[np.float32]
+    spp: int = 0
+    standard_error: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
 class Scene:
     """All that both renderers draw. environment is None for scenes lit by area lights alone (which only Mitsuba draws;
     `mitsuba_only` names such elements for the page). subject: ids of the materials that reports bind and score, empty
-    when the scene names none (then every drawable material counts). refused: elements no renderer here can draw alike
-    (a cylinder with no tessellation, an instance, a medium …), each with its location."""
+    when the scene names none (then every drawable material counts). room_file: the Mitsuba XML of its real surroundings, or
+    None; room: those with light baked onto them, where a technique asks for it (`reference.room.bake`). refused: elements no
+    renderer here can draw alike (a cylinder with no tessellation, an instance, a medium …), each with its location."""
 
     name: str
     path: Path
@@ -154,6 +179,8 @@ class Scene:
     mitsuba_only: tuple[str, ...] = ()
     refused: tuple[str, ...] = ()
     subject: tuple[str, ...] = ()
+    room_file: Path | None = None
+    room: Room | None = None
 
     @property
     def used_materials(self) -> list[int]:

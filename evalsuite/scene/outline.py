@@ -51,6 +51,7 @@ def outline_to_json(scene: Scene) -> dict:
         "mitsuba_only": scene.mitsuba_only,
         "refused": scene.refused,
         "subject": scene.subject,
+        "room_file": scene.room_file and str(scene.room_file),
     }
 
 
@@ -105,4 +106,5 @@ def outline_from_json(data: dict) -> Scene:
         mitsuba_only=tuple(data["mitsuba_only"]),
         refused=tuple(data["refused"]),
         subject=tuple(data["subject"]),
+        room_file=data["room_file"] and Path(data["room_file"]),
     )

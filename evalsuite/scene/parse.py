@@ -36,6 +36,8 @@ class ParsedScene:
         self.config = mi.parser.ParserConfig(mi.variant())
         # Shapes and BSDFs stay apart, so that each keeps its id, its line and its own material.
         self.config.merge_meshes = self.config.merge_equivalent = False
+        # A scene and its room share their parameters; `load` checks the names.
+        self.config.unused_parameters = mi.LogLevel.Debug
         self.state = self._parse()
         self.nodes = self.state.nodes
         # Read from a second parse: reading a property counts as its use, and `instantiate` reports those that nobody used.
@@ -54,7 +56,7 @@ class ParsedScene:
 
     def _parse(self) -> Any:
         with self._mitsuba_errors():
-            state = self.mi.parser.parse_file(self.config, str(self.path))
+            state = self.mi.parser.parse_file(self.config, str(self.path), **self.source.defines)
             self.mi.parser.transform_all(self.config, state)
         return state
 
