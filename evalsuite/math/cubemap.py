@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from evalsuite.errors import EvalsuiteError
-from evalsuite.math.sphere import latlong_lookup
+from evalsuite.math.sphere import latlong_lookup, latlong_spacing
 
 Float = NDArray[np.float64]
 
@@ -80,11 +80,8 @@ def subsamples_per_texel(width: int, latlong_shape: tuple[int, int]) -> int:
     At a face's centre, where texels are largest, a texel spans 2/w [rad]; a lat-long texel spans 2π/W and π/(H−1). The
     bilinear hat of a single bright texel is then summed to better than 1 %.
     """
-    height, columns = latlong_shape
-    if height * columns == 1:
-        return 1
-    spacing = min(2.0 * np.pi / columns, np.pi / max(height - 1, 1))
-    return int(np.clip(np.ceil((2.0 / width) / (0.4 * spacing)), 2, 64))
+    spacing = latlong_spacing(*latlong_shape)
+    return 1 if np.isinf(spacing) else int(np.clip(np.ceil((2.0 / width) / (0.4 * spacing)), 2, 64))
 
 
 def resample_latlong(radiance: ArrayLike, to_world: ArrayLike, width: int, subsamples: int | None = None) -> Float:

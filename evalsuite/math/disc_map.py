@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Float = NDArray[np.float64]
+Lookup = Callable[[Float], Float]
 
 
 def centred_edges(size: int, border: float = 0.0) -> Float:
@@ -18,6 +19,47 @@ def centred_edges(size: int, border: float = 0.0) -> Float:
 def centres(size: int, border: float = 0.0) -> Float:
     """Texel centres (size,) in the coordinates of `centred_edges`."""
     return (np.arange(size) + 0.5 - 0.5 * size) / (0.5 * size - border)
+
+
+def inside_circle(size: int, border: float = 0.0, ring: float = 0.0) -> NDArray[np.bool_]:
+    """Whether each texel's centre lies in the circle, (n, n), or within `ring` texels outside it."""
+    doubled = (2 * np.arange(size) + 1 - size) ** 2  # whole numbers: the shader's comparison, without rounding
+    return doubled[None, :] + doubled[:, None] <= circle_limit(size, border, ring)
+
+
+def circle_limit(size: int, border: float, ring: float = 0.0) -> int:
+    """Largest (2i + 1 − n)² + (2j + 1 − n)² of a texel (i, j) whose centre lies in the circle or in the ring around it."""
+    return int(np.floor((size - 2.0 * border + 2.0 * ring) ** 2))
+
+
+def texel_means(
+    lookup: Lookup,
+    to_direction: Callable[[Float, Float], Float],
+    weigh: Callable[[Float, Float], Float],
+    rows: NDArray[np.int64],
+    columns: NDArray[np.int64],
+    subsamples: int,
+    size: int,
+    border: float,
+) -> tuple[Float, Float]:
+    """(mean radiance (N, C), summed weights (N,)) of texels, each over k × k sub-samples at the centres of a regular grid.
+
+    lookup: radiance (..., C) at directions (..., 3); to_direction: (x, y) → direction; weigh: (x, y) → weight of a sub-sample,
+    its solid angle up to a factor. Texels without weight are 0.
+    """
+    radius, shift = 0.5 * size - border, (np.arange(subsamples) + 0.5) / subsamples
+    means, weights = [], []
+    for part in np.array_split(np.arange(len(rows)), len(rows) * subsamples // 500_000 + 1):  # bounded memory
+        x = (columns[part, None] + shift - 0.5 * size) / radius
+        total, weight = 0.0, np.zeros(len(part))
+        for dy in shift:
+            y = ((rows[part] + dy - 0.5 * size) / radius)[:, None]
+            w = weigh(x, np.broadcast_to(y, x.shape))
+            weight += w.sum(1)
+            total = total + np.einsum("nk,nkc->nc", w, lookup(to_direction(x, y)))
+        means.append(total / np.where(weight > 0, weight, 1.0)[:, None])
+        weights.append(weight)
+    return np.concatenate(means), np.concatenate(weights)
 
 
 def second_difference(corner: Float) -> Float:
@@ -43,6 +85,16 @@ def disc_texels(edges: ArrayLike, line: Callable[[Float, Float], Float], arc: fl
     nearest = np.maximum(0.0, np.maximum(edges[:-1], -edges[1:]))
     outside = np.hypot(nearest[None, :], nearest[:, None]) >= 1.0
     return np.where(outside, 0.0, np.maximum(texels, 0.0))
+
+
+def footprint(size: int, x: ArrayLike, y: ArrayLike) -> NDArray[np.bool_]:
+    """The texels (n, n) that `bilinear` reads at x, y: (...) in texels."""
+    i, j = (np.clip(np.floor(np.asarray(v) - 0.5), 0, size - 1).astype(np.int64) for v in (x, y))
+    read = np.zeros((size, size), dtype=bool)
+    for dj in (0, 1):
+        for di in (0, 1):
+            read[np.minimum(j + dj, size - 1), np.minimum(i + di, size - 1)] = True
+    return read
 
 
 def bilinear(texels: ArrayLike, x: ArrayLike, y: ArrayLike) -> Float:

@@ -14,10 +14,17 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from evalsuite.math.disc_map import bilinear, centred_edges, centres, disc_texels, second_difference
+from evalsuite.math.disc_map import (
+    Lookup,
+    bilinear,
+    centred_edges,
+    centres,
+    disc_texels,
+    second_difference,
+    texel_means,
+)
 
 Float = NDArray[np.float64]
-Lookup = Callable[[Float], Float]
 
 FRONT, BACK = 0, 1
 
@@ -116,23 +123,29 @@ def subsamples_per_texel(size: int, border: float, spacing: float) -> int:
     return int(np.clip(np.ceil(2.0 / (0.5 * size - border) / (0.4 * spacing)), 2, 64)) if np.isfinite(spacing) else 1
 
 
-def resample(lookup: Lookup, size: int, border: float, subsamples: int) -> Float:
+def resample(lookup: Lookup, size: int, border: float, subsamples: int, wanted: ArrayLike | None = None) -> Float:
     """Both maps, (2, n, n, C), each texel its mean radiance over solid angle, the border and the corners included.
 
-    lookup: radiance (..., C) at directions (..., 3) in the map's frame. Mean over k × k sub-samples weighted by 1/(1 + ρ²)².
+    lookup: radiance (..., C) at directions (..., 3) in the map's frame. wanted: (2, n, n) bool, the texels to make; the others
+    are 0. Mean over k × k sub-samples weighted by 1/(1 + ρ²)².
     """
-    total: Float | None = None
-    weight = np.zeros((size, size))
-    radius, shift = 0.5 * size - border, (np.arange(subsamples) + 0.5) / subsamples
-    for dy in shift:
-        for dx in shift:
-            x = ((np.arange(size) + dx - 0.5 * size) / radius)[None, :]
-            y = ((np.arange(size) + dy - 0.5 * size) / radius)[:, None]
-            omega = (1.0 + x * x + y * y) ** -2.0
-            weight += omega
-            both = omega[..., None] * np.stack([lookup(paraboloid_to_direction(half, x, y)) for half in (FRONT, BACK)])
-            total = both if total is None else total + both
-    return total / weight[..., None]
+    wanted = np.ones((2, size, size), bool) if wanted is None else np.asarray(wanted)
+    out: Float | None = None
+    for half in (FRONT, BACK):
+        rows, columns = np.nonzero(wanted[half])
+
+        def to_direction(x: Float, y: Float, half: int = half) -> Float:
+            return paraboloid_to_direction(half, x, y)
+
+        mean, _ = texel_means(lookup, to_direction, _density, rows, columns, subsamples, size, border)
+        if out is None:
+            out = np.zeros((2, size, size, mean.shape[-1]))
+        out[half, rows, columns] = mean
+    return out
+
+
+def _density(x: Float, y: Float) -> Float:
+    return (1.0 + x * x + y * y) ** -2.0
 
 
 def integral(maps: ArrayLike, border: float) -> Float:

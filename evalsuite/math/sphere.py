@@ -62,6 +62,11 @@ def latlong_lookup(radiance: ArrayLike, directions: ArrayLike) -> Float:
     return (1.0 - down) * upper + down * lower
 
 
+def latlong_spacing(height: int, width: int) -> float:
+    """Smaller of a texel's two sides at the equator [rad]: 2π/W and π/(H−1). Infinite for a constant map of 1 × 1."""
+    return float("inf") if height * width == 1 else min(2.0 * np.pi / width, np.pi / max(height - 1, 1))
+
+
 def latlong_solid_angles(height: int, width: int) -> Float:
     """Exact weights ω [sr], (H, W), with Σ L·ω = ∫ of the bilinear interpolant of L over the sphere; they sum to 4π.
 

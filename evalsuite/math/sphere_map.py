@@ -11,12 +11,10 @@ What goes to zero towards −v₀ is the sampling along the radius, dρ/dθ_r = 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from evalsuite.math.disc_map import bilinear, centred_edges, centres, disc_texels
+from evalsuite.math.disc_map import Lookup, bilinear, centred_edges, centres, disc_texels, texel_means
 
 Float = NDArray[np.float64]
 
@@ -90,30 +88,28 @@ def subsamples(size: int, border: float, spacing: float) -> NDArray[np.int64]:
     return 1 << np.ceil(np.log2(needed) - 1e-9).astype(np.int64)
 
 
-def resample(lookup: Callable[[Float], Float], size: int, border: float, counts: ArrayLike) -> Float:
+def resample(lookup: Lookup, size: int, border: float, counts: ArrayLike, wanted: ArrayLike | None = None) -> Float:
     """The map, (n, n, C), each texel its mean radiance over the solid angle of its part inside the disc.
 
-    lookup: radiance (..., C) at directions (..., 3) in the map's frame. counts: (n, n) sub-samples a side. Sub-samples on the
-    rim count by how much of their own cell lies inside; texels wholly outside hold the radiance of −v₀.
+    lookup: radiance (..., C) at directions (..., 3) in the map's frame. counts: (n, n) sub-samples a side. wanted: (n, n) bool,
+    the texels to make. Sub-samples on the rim count by how much of their own cell lies inside; texels wholly outside, and
+    unwanted ones, hold the radiance of −v₀.
     """
-    counts = np.asarray(counts)
-    radius = 0.5 * size - border
-    rim = lookup(np.array([[0.0, 0.0, -1.0]]))
-    out = np.broadcast_to(rim[0], (size, size, rim.shape[-1])).copy()
+    counts, radius = np.asarray(counts), 0.5 * size - border
+    rim = lookup(np.array([[0.0, 0.0, -1.0]]))[0]
+    out = np.broadcast_to(rim, (size, size, len(rim))).copy()
     c = centres(size, border)
     touched = np.hypot(c[None, :], c[:, None]) < 1.0 + 1.5 / radius
+    touched &= True if wanted is None else np.asarray(wanted)
     for k in np.unique(counts[touched]):
         rows, columns = np.nonzero(touched & (counts == k))
-        total, weight = np.zeros((len(rows), rim.shape[-1])), np.zeros(len(rows))
-        shift = (np.arange(k) + 0.5) / k
-        x = (columns[:, None] + shift - 0.5 * size) / radius
-        for dy in shift:
-            y = ((rows + dy - 0.5 * size) / radius)[:, None]
-            inside = np.clip(0.5 + (1.0 - np.hypot(x, y)) * radius * k, 0.0, 1.0)
-            weight += inside.sum(1)
-            total += (inside[..., None] * lookup(disc_to_direction(x, y))).sum(1)
+
+        def inside(x: Float, y: Float, k: int = k) -> Float:
+            return np.clip(0.5 + (1.0 - np.hypot(x, y)) * radius * k, 0.0, 1.0)
+
+        mean, weight = texel_means(lookup, disc_to_direction, inside, rows, columns, int(k), size, border)
         some = weight > 0
-        out[rows[some], columns[some]] = total[some] / weight[some, None]
+        out[rows[some], columns[some]] = mean[some]
     return out
 
 

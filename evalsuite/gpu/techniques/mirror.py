@@ -1,0 +1,32 @@
+"""What the perfect mirrors share: the material, its factor on the reflected radiance, and how fine a map is made."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evalsuite.gpu.techniques import common
+from evalsuite.gpu.techniques.base import Float, Settings, StandsFor
+from evalsuite.math import fresnel
+from evalsuite.scene.model import Scene
+
+SPECULAR_REFLECTANCE = common.material_parameter("specular_reflectance", common.WHITE, "factor on the reflected radiance")
+STANDS_FOR = {"conductor": StandsFor("conductor as it is, Fresnel F(n·v)", common.conductor_uniforms)}
+DISTANT = "The environment is distant and nothing occludes it."
+
+
+def target_bsdf(settings: Settings) -> dict[str, object]:
+    """The perfect mirror."""
+    return {"type": "conductor", "material": "none", "specular_reflectance": settings["specular_reflectance"]}
+
+
+def factor(normals: Float, to_view: Float, material: Settings) -> Float:
+    """Twin of F(n·v) times the specular reflectance, (N, 3)."""
+    cosine = (normals * to_view).sum(-1, keepdims=True)
+    f = fresnel.fresnel_conductor(cosine, common.rgb(material.get("eta", 0.0)), common.rgb(material.get("k", 1.0)))
+    return f * np.asarray(common.rgb(material.get("specular_reflectance", 1.0)))
+
+
+def finest_face_size(scene: Scene) -> int:
+    """Cube face width as wide as the scene's map, a power of two within 16 … 1024: a look-up then blurs it little."""
+    width = 1 if scene.environment is None else scene.environment.radiance.shape[1]
+    return int(np.clip(1 << (width - 1).bit_length(), 16, 1024))
