@@ -17,6 +17,8 @@ COMPANIONS: Mapping[str, str] = {
     "blinnphong": "glossy-mcguire",
     "roughconductor": "glossy-mcguire",
     "conductor": "mirror-cube",
+    "fresnelmirror": "fresnel-blend",
+    "plastic": "fresnel-blend",
 }
 
 

@@ -12,7 +12,14 @@ from evalsuite.scene.parse import WRAPPERS, ParsedScene
 from evalsuite.scene.textures import read_texture
 
 #: Values of parameters that Mitsuba leaves out of `traverse` when the file does.
-_DEFAULTS: dict[str, float | Rgb | str] = {"specular_reflectance": (1.0, 1.0, 1.0), "distribution": "beckmann"}
+_DEFAULTS: dict[str, float | Rgb | str | bool] = {
+    "specular_reflectance": (1.0, 1.0, 1.0),
+    "distribution": "beckmann",
+    "combine": "add",
+    "nonlinear": False,
+    "style": "sketch",
+    "viewer": "distant",
+}
 
 
 def describe_material(parsed: ParsedScene, index: int | None, bsdf: Any, name: str) -> Material:
@@ -48,13 +55,13 @@ def describe_material(parsed: ParsedScene, index: int | None, bsdf: Any, name: s
 def _canonical(
     name: str, plugin: str, properties: dict[str, Any], values: dict[str, Any], textures: dict[str, Texture]
 ) -> Material:
-    parameters: dict[str, float | Rgb | str | Texture] = {}
+    parameters: dict[str, float | Rgb | str | bool | Texture] = {}
     undrawable = None
     for key in DRAWABLE[plugin]:
-        if key == "distribution":
-            parameters[key] = str(properties.get(key, _DEFAULTS[key]))
+        if isinstance(_DEFAULTS.get(key), str | bool):
+            parameters[key] = type(_DEFAULTS[key])(properties.get(key, _DEFAULTS[key]))
         elif key in values:
-            parameters[key] = _scalar(values[key]) if key in ("alpha", "exponent") else _rgb(values[key])
+            parameters[key] = _scalar(values[key]) if _is_number(plugin, key) else _rgb(values[key])
         elif key in textures and key.endswith("reflectance"):
             parameters[key] = textures[key]
         elif any(other.startswith(f"{key}.") for other in values):
@@ -68,6 +75,11 @@ def _canonical(
     if plugin == "roughconductor" and not undrawable and properties.get("alpha_u") != properties.get("alpha_v"):
         undrawable = "anisotropic alpha"
     return Material(name, plugin, parameters, undrawable=undrawable)
+
+
+def _is_number(plugin: str, key: str) -> bool:
+    """Whether a parameter is one number and no colour: of conductors η is a colour, of dielectrics it is not."""
+    return key in ("alpha", "exponent", "width", "strokes") or (key == "eta" and "k" not in DRAWABLE[plugin])
 
 
 def _values(bsdf: Any, prefix: str = "") -> dict[str, Any]:

@@ -1,0 +1,58 @@
+"""A clear coat over a Lambert base: the Fresnel term blends between them (Heidrich, course notes, §3.1.1, bottom row of Fig 8)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from evalsuite.gpu.techniques import common, dielectric
+from evalsuite.gpu.techniques.base import Float, Parameter, Settings, StandsFor, Technique
+from evalsuite.scene.model import Environment
+
+
+def twin(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
+    """F(n·v) L_m(r) + (1 − F(n·v)) L_d(n); F L_m + L_d where the material adds."""
+    weight, mirror, matte = dielectric.twin_parts(environment, normals, to_view, material, settings)
+    return mirror + (matte if material.get("combine") == "add" else (1.0 - weight) * matte)
+
+
+def target_bsdf(settings: Settings) -> dict[str, object]:
+    """The paper's own model, or Mitsuba's coated base with the same η and albedo."""
+    if settings["bsdf"] == "plastic":
+        return {"type": "plastic", "int_ior": settings["eta"], "ext_ior": 1.0,
+                "diffuse_reflectance": settings["diffuse_reflectance"]}  # fmt: skip
+    return dielectric.target("blend")(settings)
+
+
+TECHNIQUE = Technique(
+    id="fresnel-blend",
+    title="Clear coat: Fresnel blending between mirror and diffuse",
+    paper=dielectric.PAPER,
+    equations="L_o = F·L_m + (1 − F)·L_d, F of Eq 13, L_m = texture(env, r), L_d = (k_d/π) Σ Â_i L_i Y_i(n)",
+    parameters=(
+        Parameter("bsdf", "fresnelmirror", "the truth: the paper's own model, or Mitsuba's plastic with the same η and k_d",
+                  "material", common.choice("fresnelmirror", "plastic"), "fresnelmirror or plastic"),
+        dielectric.ETA,
+        dielectric.DIFFUSE,
+        dielectric.FACE_SIZE,
+    ),
+    assumptions=(
+        dielectric.DISTANT,
+        dielectric.LOOK_UP,
+        dielectric.HARMONICS,
+        "F(n·v) outside the integral stands for the light that enters the coat: exact for the mirror, not for the Lambert base, "
+        "whose light enters by 1 − F(n·l).",
+        "Light leaves the coat as it came in: no reflection back down from inside, no 1/η² (Mitsuba's plastic has both).",
+    ),
+    stands_for={
+        "fresnelmirror": StandsFor("fresnelmirror as it is, F(n·v) of its η; its `combine` too", dielectric.uniforms),
+        "plastic": StandsFor("plastic's η, k_d and specular_reflectance as they are; what happens inside the coat left out",
+                             dielectric.uniforms),
+    },
+    target_bsdf=target_bsdf,
+    shader=Path(__file__).with_suffix(".glsl"),
+    library=dielectric.LIBRARY,
+    prepare=dielectric.prepare,
+    twin=twin,
+    twin_settings=dielectric.TWIN_SETTINGS,
+    fill=dielectric.fill,
+)  # fmt: skip
