@@ -14,12 +14,23 @@ from evalsuite.gpu.techniques import (
     glossy_boxmip,
     glossy_mcguire,
     mirror_cube,
+    mirror_paraboloid,
+    mirror_paraboloid_2pass,
+    mirror_sphere,
+    npr_cool_warm,
+    npr_hatching,
+    npr_silhouette,
+    npr_sketch,
 )
 from evalsuite.gpu.techniques.base import Technique
 
 TECHNIQUES: Mapping[str, Technique] = {
     technique.id: technique
     for technique in (
+        mirror_sphere.TECHNIQUE,
+        mirror_cube.TECHNIQUE,
+        mirror_paraboloid.TECHNIQUE,
+        mirror_paraboloid_2pass.TECHNIQUE,
         diffuse_sh9.TECHNIQUE,
         diffuse_topmip.TECHNIQUE,
         glossy_boxmip.TECHNIQUE,
@@ -27,7 +38,10 @@ TECHNIQUES: Mapping[str, Technique] = {
         fresnel_mirror.TECHNIQUE,
         fresnel_add.TECHNIQUE,
         fresnel_blend.TECHNIQUE,
-        mirror_cube.TECHNIQUE,
+        npr_sketch.TECHNIQUE,
+        npr_cool_warm.TECHNIQUE,
+        npr_silhouette.TECHNIQUE,
+        npr_hatching.TECHNIQUE,
         brute_force.TECHNIQUE,
     )
 }
