@@ -16,8 +16,8 @@ from evalsuite.compare import Comparison
 from evalsuite.compare import compare as compare_pictures
 from evalsuite.errors import EvalsuiteError
 from evalsuite.execute.local import Workers
+from evalsuite.gpu import registry
 from evalsuite.gpu.plan import cannot_stand_for
-from evalsuite.gpu.techniques import TECHNIQUES
 from evalsuite.image import exr
 from evalsuite.pipeline import Progress, Run, Settings
 from evalsuite.plan import QUALITY, TARGETS, Cell, Value, unknown
@@ -79,16 +79,15 @@ def load_scene(
 
 
 def render(
-    scene: SceneHandle, technique: str, *, supersample: int = 4, seed: int = 0, **parameters: Value
+    scene: SceneHandle, technique: str | Path, *, supersample: int = 4, seed: int = 0, **parameters: Value
 ) -> NDArray[np.float32]:
-    """GPU picture, (H, W, 3) float32 linear radiance. parameters: the technique's (`evalsuite list techniques`).
+    """GPU picture, (H, W, 3) float32 linear radiance. technique: an id, or the path of a .glsl file of yours. parameters: the
+    technique's (`evalsuite list techniques`).
 
     The scene's BSDF `subject` is bound to the technique's own target BSDF; without a `subject`, a material parameter
     (`exponent=64`) binds every material that the technique can stand for; else the scene's own materials are drawn.
     Raises EvalsuiteError for an unknown technique or parameter, and for what the technique cannot stand for."""
-    if technique not in TECHNIQUES:
-        raise unknown("technique", technique, TECHNIQUES, "`evalsuite list techniques`")
-    chosen = TECHNIQUES[technique]
+    chosen = registry.find(str(technique))
     for name in parameters:
         if name not in chosen.defaults():
             raise unknown("parameter", name, list(chosen.defaults()), "`evalsuite list techniques`")
@@ -99,7 +98,7 @@ def render(
         scene.source.path,
         None,
         scene.source.environment,
-        technique,
+        chosen.name,
         parameters,
         forced=frozenset(parameters),
     )

@@ -132,7 +132,9 @@ def run(
     scene: Annotated[
         list[str] | None, typer.Option(help="Scene name or Mitsuba XML file, instead of the report's. Repeatable.")
     ] = None,
-    technique: Annotated[list[str] | None, typer.Option("--technique", "-t", help="Technique id or glob. Repeatable.")] = None,
+    technique: Annotated[
+        list[str] | None, typer.Option("--technique", "-t", help="Technique id or glob, or your own .glsl file. Repeatable.")
+    ] = None,
     param: Param = None,
     env: Env = None,
     target: Annotated[list[str] | None, typer.Option(help="unoccluded, direct or path. Repeatable.")] = None,
@@ -186,7 +188,7 @@ def run(
 @app.command()
 def render(
     scene: Annotated[str, typer.Argument(help="Scene name or Mitsuba XML file.")],
-    technique: Annotated[str, typer.Option("--technique", "-t", help="Technique id.")],
+    technique: Annotated[str, typer.Option("--technique", "-t", help="Technique id, or your own .glsl file.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="EXR file to write.")],
     param: Param = None,
     env: Env = None,
@@ -332,9 +334,9 @@ def list_scenes(as_json: Json = False) -> None:
 @list_app.command("techniques")
 def list_techniques(as_json: Json = False) -> None:
     """Every technique with its paper, equation, parameters, assumptions and target."""
-    from evalsuite.gpu.techniques import TECHNIQUES
+    from evalsuite.gpu import registry
 
-    rows = [technique.to_json() for technique in TECHNIQUES.values()]
+    rows = [registry.find(name).to_json() for name in registry.names()]
     if as_json:
         _print_json(rows)
         return

@@ -15,9 +15,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed
+from evalsuite.gpu import registry
 from evalsuite.gpu.plan import cannot_stand_for
-from evalsuite.gpu.techniques import TECHNIQUES
-from evalsuite.gpu.techniques.base import Technique
+from evalsuite.gpu.techniques.base import LOOKUP, Technique
 from evalsuite.image.color import luminance
 from evalsuite.plan import Cell
 from evalsuite.scene import builtin
@@ -67,12 +67,12 @@ class Run(Steps):
 
         What goes wrong here is this cell's alone and stands in its message; only MachineLacks is raised."""
         started = time.perf_counter()
-        technique = TECHNIQUES[cell.technique]
+        technique = registry.find(cell.technique)
         result = {
             "id": cell.id,
             "scene": cell.scene,
             "environment": cell.environment,
-            "technique": cell.technique,
+            "technique": technique.id,
             "parameters": ({"env": cell.environment} if cell.environment else {}) | dict(cell.parameters),
             "target": cell.target,
             "scene_file": str(cell.path),
@@ -104,6 +104,10 @@ class Run(Steps):
         return result, files
 
     def _fill(self, cell: Cell, technique: Technique, result: dict, files: dict[str, Path]) -> None:
+        reason = technique.reason_against_target(cell.target)
+        if reason:
+            result |= {"status": "skipped", "message": reason}
+            return
         plain = self.source(cell)
         outline = self.outline(plain)
         outline.require_drawable()
@@ -137,7 +141,8 @@ class Run(Steps):
                 f"sampling stopped at the cap of {reference_meta['spp']} spp: the reference's relative standard error is "
                 f"{reference_meta['reached_error']:.2%}, asked for was {self.settings.target_error:.2%}"
             )
-        if outline.environment.radiance.shape == (1, 1, 3) and source.bindings and not kept:
+        lit = cell.target != LOOKUP
+        if lit and outline.environment.radiance.shape == (1, 1, 3) and source.bindings and not kept:
             # In a furnace the truth is albedo × radiance: show the albedo itself beside what the technique returns.
             light = float(luminance(outline.environment.radiance)[0, 0])
             result["albedo"] = self.albedo(next(iter(source.bindings.values()))) | {"radiance": light}

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from evalsuite.errors import EvalsuiteError
-from evalsuite.gpu.techniques import TECHNIQUES
+from evalsuite.gpu import registry
 from evalsuite.scene import builtin
 from evalsuite.scene.dependencies import names_id
 from evalsuite.scene.model import SUBJECT
@@ -35,13 +35,15 @@ TARGETS: Mapping[str, str] = {
     "unoccluded": "environment × BRDF with horizon, no visibility",
     "direct": "with visibility: light straight from the environment (and area lights)",
     "path": "with visibility and interreflection",
+    "lookup": "no light: the map of a non-photorealistic material, looked up exactly",
 }
 
 
 @dataclass(frozen=True)
 class Cell:
-    """parameters: those stated by the report or the user (defaults left out). forced: those among them that the user gave
-    with -p, which bind a scene's materials even when it names no `subject`."""
+    """technique: its id, or the path of a user's own shader. parameters: those stated by the report or the user (defaults
+    left out). forced: those among them that the user gave with -p, which bind a scene's materials even when it names no
+    `subject`."""
 
     scene: str
     path: Path
@@ -57,7 +59,8 @@ class Cell:
         """`<scene>/<technique>/<parameters>/<target>`; a replaced environment counts among the parameters."""
         stated = ({"env": self.environment} if self.environment else {}) | dict(self.parameters)
         text = ",".join(f"{name}={format_value(value)}" for name, value in stated.items()) or "default"
-        return "/".join(part.replace("/", "∕") for part in (self.scene, self.technique, text, self.target))
+        technique = Path(self.technique).stem if registry.is_shader(self.technique) else self.technique
+        return "/".join(part.replace("/", "∕") for part in (self.scene, technique, text, self.target))
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,7 @@ class Group:
     scenes: tuple[str, ...]
     techniques: tuple[str, ...]
     environments: tuple[str | None, ...] = (None,)
-    targets: tuple[str, ...] = ("unoccluded",)
+    targets: tuple[str, ...] = ()  # none: each technique's own
     parameters: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
 
 
@@ -169,7 +172,7 @@ def load_report(name: str) -> Report:
                 scenes=names("scenes"),
                 techniques=names("techniques"),
                 environments=names("environments") or (None,),
-                targets=names("targets", ("unoccluded",)),
+                targets=names("targets"),
                 parameters={k: tuple(v) if isinstance(v, list) else (v,) for k, v in parameters.items()},
             )
         )
@@ -179,9 +182,7 @@ def load_report(name: str) -> Report:
 def _matching(patterns: Sequence[str]) -> list[str]:
     chosen: list[str] = []
     for pattern in patterns:
-        matches = fnmatch.filter(TECHNIQUES, pattern)
-        if not matches:
-            raise unknown("technique", pattern, TECHNIQUES, "`evalsuite list techniques`")
+        matches = fnmatch.filter(registry.names(), pattern) or [registry.find(pattern).name]
         chosen += [m for m in matches if m not in chosen]
     return chosen
 
@@ -208,17 +209,19 @@ def plan(report: Report, choice: Choice | None = None) -> list[Cell]:
             path = builtin.scene_path(name)
             if path not in subject:
                 subject[path] = names_id(path, SUBJECT)
-            own = {p.name: p.kind for p in TECHNIQUES[technique].parameters}
+            own = {p.name: p.kind for p in registry.find(technique).parameters}
             known |= set(own)
             # A scene without a subject keeps its own materials: only the user's -p changes those.
             bindable = set(choice.parameters) | {k for k in own if own[k] == "technique" or subject[path]}
-            sweep = {k: v for k, v in parameters.items() if k in own and k in bindable}
+            # A technique that the report does not hold takes none of the report's values.
+            wanted = choice.parameters if technique in extra else parameters
+            sweep = {k: v for k, v in wanted.items() if k in own and k in bindable}
             used |= set(sweep)
-            for target in choice.targets or group.targets:
+            for target in choice.targets or group.targets or (registry.find(technique).target,):
                 if target not in TARGETS:
                     raise unknown("target", target, TARGETS, "`evalsuite list targets`")
                 for values in itertools.product(*sweep.values()):
-                    TECHNIQUES[technique].parse(dict(zip(sweep, values, strict=True)))
+                    registry.find(technique).parse(dict(zip(sweep, values, strict=True)))
                     cell = Cell(
                         scene=_label(path, labels),
                         path=path,

@@ -171,7 +171,7 @@ class Steps:
 
         def make() -> tuple[Path, dict]:
             scene = self.model(source)
-            filled = self.workers.gpu.call("evalsuite.gpu.worker:resolve", scene, technique.id, dict(parameters))
+            filled = self.workers.gpu.call("evalsuite.gpu.worker:resolve", scene, technique.name, dict(parameters))
             return self.store.put("resolved", key, {"parameters": filled})
 
         return self._once("resolved", key, make)[1]["parameters"]
@@ -203,7 +203,7 @@ class Steps:
             drawing = self.workers.gpu.call(
                 "evalsuite.gpu.worker:render",
                 scene,
-                technique.id,
+                technique.name,
                 dict(parameters),
                 self.settings.supersample,
                 self.settings.seed,

@@ -4,27 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from evalsuite.errors import EvalsuiteError
 from evalsuite.gpu.drawing import Drawing
-from evalsuite.gpu.techniques import TECHNIQUES
-from evalsuite.gpu.techniques.base import Technique
+from evalsuite.gpu.registry import find
 from evalsuite.scene.model import GBuffer, Scene
 
 
-def technique(technique_id: str) -> Technique:
-    """A technique by its id. Raises EvalsuiteError."""
-    if technique_id not in TECHNIQUES:
-        raise EvalsuiteError(
-            "technique", repr(technique_id), f"one of {', '.join(TECHNIQUES)}", "see `evalsuite list techniques`"
-        )
-    return TECHNIQUES[technique_id]
-
-
-def render(scene: Scene, technique_id: str, parameters: Mapping[str, object], supersample: int = 4, seed: int = 0) -> Drawing:
+def render(scene: Scene, technique_name: str, parameters: Mapping[str, object], supersample: int = 4, seed: int = 0) -> Drawing:
     """One GPU picture; see `gpu.draw.draw`."""
     from evalsuite.gpu.draw import draw
 
-    return draw(scene, technique(technique_id), parameters, supersample, seed)
+    return draw(scene, find(technique_name), parameters, supersample, seed)
 
 
 def gbuffer(scene: Scene, supersample: int = 4) -> GBuffer:
@@ -34,13 +23,13 @@ def gbuffer(scene: Scene, supersample: int = 4) -> GBuffer:
     return gbuffer(scene, supersample)
 
 
-def resolve(scene: Scene, technique_id: str, parameters: Mapping[str, object]) -> dict[str, object]:
+def resolve(scene: Scene, technique_name: str, parameters: Mapping[str, object]) -> dict[str, object]:
     """All parameters of a technique, both kinds, filled in for a scene: what the reference's target is chosen by.
 
     What is not given comes from the scene's own subject where that is of the target's plugin, else from the defaults;
     `glossy-boxmip` fills bias from exponent or exponent from bias.
     """
-    return technique(technique_id).resolved(scene, parameters)
+    return find(technique_name).resolved(scene, parameters)
 
 
 def probe() -> dict[str, object]:

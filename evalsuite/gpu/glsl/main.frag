@@ -5,7 +5,6 @@ in vec2 v_uv;
 #ifdef VERTEX_STAGE
 in vec3 v_vertex_value;
 #endif
-uniform vec3 camera_position;
 uniform bool two_sided;
 uniform float scored;
 layout(location = 0) out vec4 out_radiance;

@@ -9,6 +9,9 @@ struct Surface {
 
 const float PI = 3.14159265358979323846;
 
+uniform vec3 camera_position;  // world
+uniform vec3 camera_axis;      // world, unit: where the camera looks
+
 // The environment as a cubemap: level 0 is env_face_size texels wide, env_max_level is 1×1.
 uniform samplerCube env_cube;
 uniform float env_face_size;

@@ -4,7 +4,9 @@ in vec3 in_normal;
 in vec2 in_uv;
 
 uniform mat4 world_to_clip;
-uniform vec3 camera_position;
+#ifndef VERTEX_STAGE
+uniform vec3 camera_position;  // else surface.glsl's
+#endif
 
 out vec3 v_position;
 out vec3 v_normal;

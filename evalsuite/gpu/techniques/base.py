@@ -16,6 +16,9 @@ from evalsuite.scene.model import Environment, Material, Scene
 if TYPE_CHECKING:
     from evalsuite.gpu.environment import GpuEnvironment
 
+#: The one target that is not radiometric.
+LOOKUP = "lookup"
+
 Settings = Mapping[str, object]
 Float = NDArray[np.float64]
 
@@ -89,7 +92,7 @@ class Technique:
     target_bsdf: Callable[[Settings], dict[str, object]]
     shader: Path
     prepare: Callable[[GpuEnvironment, Settings, Scene], Prepared]
-    twin: Callable[[Environment, Float, Float, Settings, Settings], Float]
+    twin: Callable[[Environment, Float, Float, Settings, Settings], Float] | None
     target: str = "unoccluded"
     library: tuple[str, ...] = ()
     twin_bound: float = 2e-4
@@ -104,12 +107,26 @@ class Technique:
     per_pass: Callable[[Frame, Settings], Mapping[str, object]] | None = None
     fill: Callable[[Scene, Settings], Mapping[str, object]] = lambda scene, settings: {}
     fit: Callable[[Scene, GpuEnvironment, Settings], Mapping[str, float] | None] | None = None
+    path: Path | None = None
+
+    @property
+    def name(self) -> str:
+        """What `registry.find` finds it by: its id, or the path of a user's own shader."""
+        return str(self.path) if self.path else self.id
 
     def reason_against(self, material: Material) -> str | None:
         """Why the technique cannot stand for a material, or None if it can."""
         if material.plugin not in self.stands_for:
             return f"{self.id} stands for {', '.join(self.stands_for)}, not for {material.plugin}"
         return self.stands_for[material.plugin].reason_against(material)
+
+    def reason_against_target(self, target: str) -> str | None:
+        """Why the technique cannot be held against a target, or None if it can."""
+        if (target == LOOKUP) == (self.target == LOOKUP):
+            return None
+        if target == LOOKUP:
+            return f"{self.id} draws light; the target {LOOKUP} holds a map that no light reaches"
+        return f"{self.id} draws no light, so that '{target}' is no truth for it; its target is {LOOKUP}"
 
     def scored_materials(self, scene: Scene) -> frozenset[int]:
         """Indices of the materials that the technique stands for and the scene's subject (if it names any) counts."""
