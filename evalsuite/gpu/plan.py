@@ -19,6 +19,7 @@ COMPANIONS: Mapping[str, str] = {
     "conductor": "mirror-cube",
     "fresnelmirror": "fresnel-blend",
     "plastic": "fresnel-blend",
+    "npr": "npr-cool-warm",
 }
 
 

@@ -12,7 +12,7 @@ def register() -> None:
     """Register the plugins with the active Mitsuba variant; does nothing the second time."""
     import mitsuba as mi
 
-    from . import blinn_phong, fresnel_mirror, kautz, phong
+    from . import blinn_phong, fresnel_mirror, kautz, npr, phong
     from .lobe import define_lobe_bsdf
 
     variant = mi.variant()
@@ -21,6 +21,7 @@ def register() -> None:
     lobes = {"phong": phong.PhongLobe, "blinnphong": blinn_phong.BlinnPhongLobe, "kautz": kautz.KautzLobe}
     plugins = {name: define_lobe_bsdf(name, lobe) for name, lobe in lobes.items()}
     plugins[fresnel_mirror.NAME] = fresnel_mirror.define_fresnel_mirror()
+    plugins[npr.NAME] = npr.define_npr()
     for name, plugin in plugins.items():
         mi.register_bsdf(name, plugin)
     _registered.add(variant)

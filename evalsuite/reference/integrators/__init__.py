@@ -1,4 +1,4 @@
-"""What Mitsuba renders: the targets, in order of truth, and our integrator plugin."""
+"""What Mitsuba renders: the targets, in order of truth, and our integrator plugins."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ TARGETS: dict[str, Target] = {
         Target("direct", "environment × BRDF with visibility, one bounce", {"type": "direct"}),
         # No depth limit: Russian roulette ends paths without bias, a limit would lose energy in cavities.
         Target("path", "full light transport with interreflection", {"type": "path", "max_depth": -1}),
+        Target("lookup", "no light: the map of an `npr` material, looked up exactly at the first hit", {"type": "lookup"}),
     )
 }
 
@@ -33,15 +34,17 @@ _registered: set[str] = set()
 
 
 def register() -> None:
-    """Register `unoccluded` with the active Mitsuba variant; does nothing the second time."""
+    """Register `unoccluded` and `lookup` with the active Mitsuba variant; does nothing the second time."""
     import mitsuba as mi
 
+    from .lookup import define_lookup
     from .unoccluded import define_unoccluded
 
     variant = mi.variant()
     if variant in _registered:
         return
     mi.register_integrator("unoccluded", define_unoccluded())
+    mi.register_integrator("lookup", define_lookup())
     _registered.add(variant)
 
 

@@ -28,7 +28,7 @@ def test_ids():
 def test_declarations_are_whole(technique):
     assert technique.title and technique.paper and technique.equations and technique.assumptions
     assert technique.shader.is_file() and technique.shader.stem == technique.id.replace("-", "_")
-    assert technique.target == "unoccluded"
+    assert technique.target in ("unoccluded", "near-field", "lookup")
     names = [p.name for p in technique.parameters]
     assert len(set(names)) == len(names)
     for parameter in technique.parameters:

@@ -11,6 +11,7 @@ from evalsuite.reference import worker
 from evalsuite.reference.integrators import TARGETS
 from evalsuite.scene.model import SceneSource
 
+LIT = [target for target in TARGETS if target != "lookup"]  # which no light reaches
 PASSES = 8
 TILT = 35.0  # between the plane's normal and the view, hence the mirrored view too
 
@@ -38,7 +39,7 @@ def cap(tmp_path, degrees, radiance):
     return '<emitter type="envmap"><string name="filename" value="map.exr"/></emitter>'
 
 
-@pytest.mark.parametrize("target", list(TARGETS))
+@pytest.mark.parametrize("target", LIT)
 @pytest.mark.parametrize("combine", ["add", "blend"])
 @pytest.mark.parametrize("degrees", [20.0, 50.0])
 def test_mirror_and_lambert_under_a_uniform_cap(tmp_path, target, combine, degrees):
@@ -59,7 +60,7 @@ def test_mirror_and_lambert_under_a_uniform_cap(tmp_path, target, combine, degre
     assert (error < 0.005 * radiance).all() and expected[0] > 0.05
 
 
-@pytest.mark.parametrize("target", list(TARGETS))
+@pytest.mark.parametrize("target", LIT)
 @pytest.mark.parametrize("plugin", ["kautz", "fresnelmirror"])
 def test_furnace(tmp_path, target, plugin):
     """In an environment of one radiance the picture is the albedo that Mitsuba's sampling gives, whatever the integrator."""
