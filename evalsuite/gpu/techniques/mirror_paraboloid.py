@@ -33,8 +33,6 @@ TECHNIQUE = Technique(
     target_bsdf=mirror.target_bsdf,
     shader=Path(__file__).with_suffix(".glsl"),
     library=("paraboloid.glsl",),
-    twin_bound=0.1,
-    twin_bound_reason="float32 look-ups err by 3e-6 of a turn, at the edge of a sun 10⁵ times the mean; 6e-4 in a room",
     twin_settings={"map_size": 128},
     prepare=lambda env, settings, scene: dual_paraboloid.prepare(env, settings, ring=0.0),
     twin=twin,

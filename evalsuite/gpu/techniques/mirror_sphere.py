@@ -88,8 +88,6 @@ TECHNIQUE = Technique(
     shader=Path(__file__).with_suffix(".glsl"),
     prepare=prepare,
     twin=twin,
-    twin_bound=0.1,
-    twin_bound_reason="float32 look-ups err by 3e-6 of a turn, at the edge of a sun 10⁵ times the mean; 6e-4 in a room",
     twin_settings={"radius": 64.0},
     fill=fill,
 )  # fmt: skip
