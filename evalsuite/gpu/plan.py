@@ -19,6 +19,8 @@ COMPANIONS: Mapping[str, str] = {
     "conductor": "mirror-cube",
     "fresnelmirror": "fresnel-blend",
     "plastic": "fresnel-blend",
+    "kautz": "kautz-combined",
+    "roughplastic": "kautz-combined",
     "npr": "npr-cool-warm",
 }
 

@@ -67,3 +67,16 @@ def alpha_to_exponent(alpha: ArrayLike) -> Float:
 def exponent_to_alpha(exponent: ArrayLike) -> Float:
     """Inverse of `alpha_to_exponent`: α = √(2/(s + 2))."""
     return np.sqrt(2.0 / (np.asarray(exponent, np.float64) + 2.0))
+
+
+def half_vector_to_phong_exponent(exponent: ArrayLike) -> Float:
+    """Phong exponent N about r of a narrow lobe cos^s about the half vector, in the plane of incidence.
+
+    There r·l = cos θ where h·n = cos(θ/2), and ln cos x ≈ −x²/2 near the peak: s (θ/2)² = N θ²  ⇒  **N = s/4**.
+    """
+    return np.asarray(exponent, np.float64) / 4.0
+
+
+def phong_to_half_vector_exponent(exponent: ArrayLike) -> Float:
+    """Inverse of `half_vector_to_phong_exponent`: s = 4N."""
+    return np.asarray(exponent, np.float64) * 4.0

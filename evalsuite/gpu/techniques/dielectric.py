@@ -1,4 +1,4 @@
-"""What the techniques with a Fresnel-weighted mirror share: a cubemap for the mirror, nine SH coefficients for the Lambert part."""
+"""What the techniques with a Fresnel-weighted mirror share: its cubemap, and nine coefficients for the Lambert part."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A clear coat over a Lambert base: the Fresnel term blends between them (Heidrich, course notes, §3.1.1, bottom row of Fig 8)."""
+"""A clear coat over a Lambert base, blended by the Fresnel term (Heidrich, course notes, §3.1.1, bottom row of Fig 8)."""
 
 from __future__ import annotations
 

@@ -23,11 +23,11 @@ _FIT_PIXELS = 800
 _FIT_FACE_SIZE = 32
 
 
-def fill(scene: Scene, settings: Settings) -> dict[str, object]:
-    """face_size, and whichever of bias and exponent is open from the other."""
+def fill(scene: Scene, settings: Settings, technique: Technique | None = None) -> dict[str, object]:
+    """face_size, and whichever of bias and exponent is open from the other. technique: whose picture (this one's)."""
     filled = common.fill_face_size(scene, settings)
     face_size = filled.get("face_size", settings["face_size"])
-    _, lod, mask = _reflection(scene, face_size)
+    _, lod, mask = _reflection(scene, face_size, technique)
     mean = float(lod[mask].mean(dtype=np.float64)) if mask.any() else 0.0
     if "bias" not in settings["given"]:
         filled["bias"] = float(phong.exponent_to_lod(settings["exponent"], face_size)) - mean
@@ -36,12 +36,12 @@ def fill(scene: Scene, settings: Settings) -> dict[str, object]:
     return filled
 
 
-def _reflection(scene: Scene, face_size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _reflection(scene: Scene, face_size: int, technique: Technique | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """r, λ and mask over the subject, whatever its BSDF is now; without a subject over what the technique stands for."""
     from evalsuite.gpu.reflection import reflection
 
     named = {i for i in scene.used_materials if scene.materials[i].id in scene.subject}
-    return reflection(scene, face_size, frozenset(named) or TECHNIQUE.scored_materials(scene))
+    return reflection(scene, face_size, frozenset(named) or (technique or TECHNIQUE).scored_materials(scene))
 
 
 def uniforms(material: Material, settings: Settings) -> dict[str, object]:
@@ -49,11 +49,11 @@ def uniforms(material: Material, settings: Settings) -> dict[str, object]:
     return {"specular_reflectance": common.lobe_uniforms(material, settings)["specular_reflectance"], "bias": settings["bias"]}
 
 
-def fit(scene: Scene, env: GpuEnvironment, settings: Settings) -> dict[str, float] | None:
+def fit(scene: Scene, env: GpuEnvironment, settings: Settings, technique: Technique | None = None) -> dict[str, float] | None:
     """The Phong exponent whose unclipped lobe about r comes nearest to what the look-up returned, in the least squares of
     radiance over at most 800 pixels: {exponent, rel_rmse (of the mean look-up), pixels, mean_lambda}. None under a constant
     map, which every lobe fits."""
-    direction, lod, mask = _reflection(scene, settings["face_size"])
+    direction, lod, mask = _reflection(scene, settings["face_size"], technique)
     pixels = np.flatnonzero(mask)
     if not len(pixels):
         return None

@@ -1,8 +1,3 @@
-// math.phong.exponent_to_lod; textureLod clamps to the levels that exist.
-float exponent_to_lod(float s, float face_width) {
-    return log2(face_width * sqrt(3.0)) - 0.5 * log2(s + 1.0);
-}
-
 vec3 shade(Surface surface) {
     vec3 r = reflect(-surface.to_view, surface.normal);
     vec3 fresnel = fresnel_conductor(dot(surface.normal, surface.to_view), eta, k);  // 1 for Phong and Blinn-Phong

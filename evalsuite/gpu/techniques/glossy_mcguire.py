@@ -52,6 +52,7 @@ TECHNIQUE = Technique(
     },
     target_bsdf=common.lobe_target("blinnphong"),
     shader=Path(__file__).with_suffix(".glsl"),
+    library=("mcguire.glsl",),
     prepare=common.prepare_cube,
     twin=twin,
     twin_settings={"face_size": 32},

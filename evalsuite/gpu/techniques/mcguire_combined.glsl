@@ -1,0 +1,5 @@
+vec3 shade(Surface s) {
+    vec3 r = reflect(-s.to_view, s.normal);
+    return diffuse_reflectance * textureLod(env_cube, s.normal, env_max_level).rgb
+         + specular_reflectance * textureLod(env_cube, r, exponent_to_lod(exponent, env_face_size)).rgb;
+}
