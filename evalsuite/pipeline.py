@@ -14,6 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
+from evalsuite import surroundings
 from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed
 from evalsuite.gpu import registry
 from evalsuite.gpu.plan import cannot_stand_for
@@ -119,6 +120,8 @@ class Run(Steps):
         kept = [key for bound in source.bindings.values() for key, value in bound.items() if value == OWN]
         result["all_parameters"] = parameters | dict.fromkeys(kept, "the scene's own bitmap")
         reason = cannot_stand_for(technique, self.outline(source))
+        if cell.target == "near-field" and outline.room_file is None:
+            reason = "the scene names no room, so there is no near field to render"
         if reason:
             result |= {"status": "skipped", "message": reason}
             return
@@ -129,6 +132,8 @@ class Run(Steps):
         reference, reference_meta, reference_cached, reference_key = self.reference(source, cell.target, self.settings.seed)
         result["mapping"], result["fit"] = image_meta["mapping"], image_meta["fit"]
         result["notes"] += image_meta["notes"]
+        if (image / "probe.npz").exists():
+            result["probe"] = surroundings.probe_error(self, source, image / "probe.npz")
         result["cost"] = {
             **image_meta["cost"],
             "reference_s": reference_meta["seconds"],

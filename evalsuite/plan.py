@@ -35,6 +35,7 @@ TARGETS: Mapping[str, str] = {
     "unoccluded": "environment × BRDF with horizon, no visibility",
     "direct": "with visibility: light straight from the environment (and area lights)",
     "path": "with visibility and interreflection",
+    "near-field": "the same within the real room, for scenes that name one",
     "lookup": "no light: the map of a non-photorealistic material, looked up exactly",
 }
 

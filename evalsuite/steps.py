@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from evalsuite import surroundings
 from evalsuite.compare.certificate import certify
 from evalsuite.compare.mask import whole_pixels
 from evalsuite.execute.local import Workers
@@ -86,7 +87,7 @@ class Steps:
 
     # ---- steps ------------------------------------------------------------------------------------------------------
 
-    def _once(self, kind: str, key: str, make: Callable[[], tuple[Path, dict]]) -> tuple[Path, dict, bool]:
+    def once(self, kind: str, key: str, make: Callable[[], tuple[Path, dict]]) -> tuple[Path, dict, bool]:
         """Entry (folder, meta, came from the store), made at most once per run whichever thread asks."""
         with self._lock:
             future = self._steps.get((kind, key))
@@ -104,7 +105,8 @@ class Steps:
     def fingerprint(self, source: SceneSource) -> dict:
         """All that decides what a scene is: contents of its files, replaced parts, the code that loads it."""
         return {
-            "files": [file_digest(path) for path in dependencies(source.path)],
+            "files": [file_digest(path) for path in dependencies(source.path, source.defines)],
+            "defines": source.defines,
             "environment": file_digest(source.environment) if source.environment else None,
             "size": source.size,
             "bindings": source.bindings,
@@ -128,7 +130,7 @@ class Steps:
     def outline(self, source: SceneSource) -> Scene:
         """The scene without its meshes and texels: enough to plan, and quick to read back."""
         key = digest([self.fingerprint(source), str(source.path), source_digest("scene/outline.py")])
-        _, meta, _ = self._once("outline", key, lambda: self.store.put("outline", key, outline_to_json(self.model(source))))
+        _, meta, _ = self.once("outline", key, lambda: self.store.put("outline", key, outline_to_json(self.model(source))))
         scene = outline_from_json(meta)
         for note in scene.environment.notes if scene.environment else ():
             with self._lock:
@@ -148,7 +150,7 @@ class Steps:
             theirs = self.workers.reference.call("evalsuite.reference.worker:gbuffer", source, self.settings.supersample)
             return self.store.put("seen", key, {}, lambda folder: np.savez_compressed(folder / "gbuffer.npz", **vars(theirs)))
 
-        place, *_ = self._once("seen", key, make)
+        place, *_ = self.once("seen", key, make)
         with np.load(place / "gbuffer.npz") as data:
             return GBuffer(**data)
 
@@ -163,7 +165,7 @@ class Steps:
             theirs = self.seen(source)
             return self.store.put("certificate", key, certify(ours.result(), theirs).to_json())
 
-        return self._once("certificate", key, make)[1]
+        return self.once("certificate", key, make)[1]
 
     def resolve(self, source: SceneSource, technique: Technique, parameters: Mapping) -> dict:
         """Parameters that follow from the picture itself (a LOD bias from an exponent, or the reverse), filled in."""
@@ -174,7 +176,7 @@ class Steps:
             filled = self.workers.gpu.call("evalsuite.gpu.worker:resolve", scene, technique.name, dict(parameters))
             return self.store.put("resolved", key, {"parameters": filled})
 
-        return self._once("resolved", key, make)[1]["parameters"]
+        return self.once("resolved", key, make)[1]["parameters"]
 
     def _gpu_code(self, source: SceneSource, technique: Technique) -> list:
         """What decides a picture besides the scene: the renderer, what all drawing shares, and the files of the techniques
@@ -194,11 +196,14 @@ class Steps:
                 self._gpu_code(source, technique),
                 self.settings.supersample,
                 self.settings.seed,
+                surroundings.fingerprint(source) if technique.within_room else None,
             ]
         )
 
         def make() -> tuple[Path, dict]:
             scene = self.model(source)
+            if technique.within_room:
+                scene = replace(scene, room=surroundings.room(self, source))
             self.progress.step(f"drawing {source.path.stem} with {technique.id}")
             drawing = self.workers.gpu.call(
                 "evalsuite.gpu.worker:render",
@@ -214,6 +219,8 @@ class Steps:
                 np.savez_compressed(folder / "scored.npz", scored=drawing.scored)
                 if drawing.standard_error is not None:
                     exr.write(folder / "standard_error.exr", drawing.standard_error)
+                if drawing.probe is not None:
+                    np.savez(folder / "probe.npz", **drawing.probe)
 
             return self.store.put(
                 "image",
@@ -222,7 +229,7 @@ class Steps:
                 fill,
             )
 
-        return (*self._once("image", key, make), key)
+        return (*self.once("image", key, make), key)
 
     def reference(self, source: SceneSource, target: str, seed: int = 0) -> tuple[Path, dict, bool, str]:
         """Mitsuba picture: reference.exr, standard_error.exr, halves.npz; meta: samples, reached error, seconds."""
@@ -252,7 +259,7 @@ class Steps:
             partial.unlink(missing_ok=True)
             return entry
 
-        return (*self._once("reference", key, make), key)
+        return (*self.once("reference", key, make), key)
 
     def object_mask(self, source: SceneSource) -> np.ndarray:
         """Pixels that the bound materials (all, when none is bound) cover whole in Mitsuba's eyes: (H, W) bool."""
@@ -282,7 +289,7 @@ class Steps:
 
             return self.store.put("comparison", key, result["meta"], fill)
 
-        place, meta, _ = self._once("comparison", key, make)
+        place, meta, _ = self.once("comparison", key, make)
         return place, meta
 
     def albedo(self, bsdf: Mapping) -> dict:
@@ -295,4 +302,4 @@ class Steps:
             plain = {"cos_theta": cosines, "value": luminance(value).tolist(), "standard_error": luminance(error).tolist()}
             return self.store.put("albedo", key, plain)
 
-        return self._once("albedo", key, make)[1]
+        return self.once("albedo", key, make)[1]

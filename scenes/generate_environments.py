@@ -1,8 +1,8 @@
 """Writes a built-in environment anew: `python scenes/generate_environments.py NAME [-o FILE]`, or `--all`.
 
 Every map is lat-long in Mitsuba's `envmap` layout (see `evalsuite.math.sphere`), y up, linear Rec.709 radiance. The closed
-forms stand in `docs/environments.md`. `sunsky`, `office` and `cathedral` need Mitsuba; the others NumPy alone. All are
-deterministic; the two path-traced rooms take minutes.
+forms stand in `docs/environments.md`. `sunsky`, `office`, `cathedral` and `studio` need Mitsuba; the others NumPy alone. All
+are deterministic; the path-traced rooms take minutes.
 """
 
 from __future__ import annotations
@@ -139,6 +139,10 @@ def cathedral() -> Map:
     return path_traced("cathedral", samples=8192)
 
 
+def studio() -> Map:
+    return path_traced("studio", samples=4096, width=256, height=128)
+
+
 def path_traced(room: str, samples: int, width: int = 512, height: int = 256) -> Map:
     """The room of `rooms/<room>.xml`, path-traced once from its camera's position along the world's axes; each texel is the
     mean over its cell. samples: per texel. No denoiser: a map must not carry a filter's invention."""
@@ -199,6 +203,7 @@ GENERATORS: dict[str, Generator] = {
     "sunsky": Generator(sunsky),
     "office": Generator(office),
     "cathedral": Generator(cathedral),
+    "studio": Generator(studio),
 }
 
 

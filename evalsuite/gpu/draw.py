@@ -67,11 +67,16 @@ def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], s
         scored=mean[..., 3].astype(np.float32),
         standard_error=(np.sqrt(variance) / len(passes)).astype(np.float32) if technique.random else None,
         # The first pass warms caches and compiles; where there are others it is left out.
-        cost={"gpu_ms": rounds * float(np.mean(stage.pass_ms[1:] or stage.pass_ms)), "prepare_ms": own.prepare_ms},
+        cost={
+            "gpu_ms": own.frame_ms + rounds * float(np.mean(stage.pass_ms[1:] or stage.pass_ms)),
+            "prepare_ms": own.prepare_ms,
+            **({"acquire_ms": own.frame_ms} if own.frame_ms else {}),
+        },
         mapping=[b.describe(scene, settings[b.technique.id]) for b in bindings.values()],
         parameters=settings[technique.id],
         fit=technique.fit(scene, env, settings[technique.id]) if technique.fit else None,
         notes=tuple(own.notes) + _side_notes(scene, bindings),
+        probe=own.probe,
     )
 
 

@@ -15,7 +15,8 @@ class Drawing:
     techniques that sample at random, else None. scored: (H, W) float32 fraction of sub-samples whose visible material the
     technique itself stands for (and the scene's subject names, where it names any). cost: gpu_ms (one frame: mean of the
     full-resolution passes) and prepare_ms (once an environment). mapping: material, plugin, technique, text, parameters of
-    each material drawn. parameters: as resolved. fit: a technique's own analysis, or None. notes: sentences for the page."""
+    each material drawn. parameters: as resolved. fit: a technique's own analysis, or None. notes: sentences for the page.
+    probe: {"position", "faces": (6, w, w, 3)} of a map that was drawn within the scene's room, or None."""
 
     image: NDArray[np.float32]
     scored: NDArray[np.float32]
@@ -25,3 +26,4 @@ class Drawing:
     parameters: Mapping[str, object] = field(default_factory=dict)
     fit: Mapping[str, float] | None = None
     notes: tuple[str, ...] = ()
+    probe: Mapping[str, object] | None = None

@@ -103,7 +103,7 @@ class Stage:
                     programs.bind_textures(draw.program, draw.textures)
                     self._vertex_array(index, draw.program).render()
 
-        self.pass_ms.append(_timed(submit))
+        self.pass_ms.append(timed(submit))
         context.check_errors("drawing")
 
     def _background(self, subsample: tuple[float, float], draw: Draw) -> None:
@@ -130,7 +130,7 @@ class Stage:
         return np.frombuffer(raw, np.float32).reshape(height, width, 4)[::-1]
 
 
-def _timed(submit: Callable[[], None]) -> float:
+def timed(submit: Callable[[], None]) -> float:
     """Run and return milliseconds: a timer query on a GPU; on a CPU renderer, whose queries lie, wall time to finish()."""
     gl = context.get()
     if not context.is_software(gl):

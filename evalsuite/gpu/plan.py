@@ -53,6 +53,8 @@ class Binding:
 
 def cannot_stand_for(technique: Technique, scene: Scene) -> str | None:
     """Why the technique has nothing to be scored on in the scene, or None if it has."""
+    if technique.within_room and scene.room_file is None:
+        return f"{technique.id} draws the scene's real surroundings, and the scene names no room"
     if technique.scored_materials(scene):
         return None
     wanted = [i for i in scene.used_materials if not scene.subject or scene.materials[i].id in scene.subject]

@@ -23,8 +23,10 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from evalsuite.errors import EvalsuiteError
-from evalsuite.reference.integrators import integrator
+from evalsuite.reference.integrators import TARGETS, integrator
+from evalsuite.reference.room import near_field
 from evalsuite.reference.variants import activate
+from evalsuite.scene.dependencies import room_path
 from evalsuite.scene.load import LoadedScene, load
 from evalsuite.scene.model import SceneSource
 from evalsuite.store.cache import write_atomic
@@ -128,8 +130,8 @@ def advance(source: SceneSource, target: str, state: RenderState | None, passes:
     state: None to start. seed: of the run; a state keeps its own. Raises EvalsuiteError for a scene that cannot be loaded,
     an unknown target, or samples that are NaN or Inf (never swept away).
     """
-    loaded = load_cached(source)
     chosen = integrator(target)
+    loaded = load_cached(source, TARGETS[target].within_room)
     width, height = loaded.scene.camera.size
     if state is None:
         state = fresh(source, seed)
@@ -235,19 +237,20 @@ _KEEP = 4
 _loaded: OrderedDict[str, LoadedScene] = OrderedDict()
 
 
-def load_cached(source: SceneSource) -> LoadedScene:
-    """The loaded scene, from this process's last few when neither the file nor anything else has changed."""
+def load_cached(source: SceneSource, within_room: bool = False) -> LoadedScene:
+    """The loaded scene, from this process's last few when neither the file nor anything else has changed. within_room: with
+    the room that it names instead of its environment."""
     activate()
-    key = _key(source)
+    key = _key(source, within_room)
     if key not in _loaded:
-        _loaded[key] = load(source)
+        _loaded[key] = near_field(load_cached(source), source) if within_room else load(source)
         while len(_loaded) > _KEEP:
             _loaded.popitem(last=False)
     _loaded.move_to_end(key)
     return _loaded[key]
 
 
-def _key(source: SceneSource) -> str:
+def _key(source: SceneSource, within_room: bool) -> str:
     def stamp(path: Any) -> Any:
         try:
             return [str(path.absolute()), path.stat().st_mtime_ns]
@@ -255,5 +258,7 @@ def _key(source: SceneSource) -> str:
             return str(path)
 
     bindings = {name: dict(plugin) for name, plugin in source.bindings.items()}
-    facts = [stamp(source.path), stamp(source.environment), source.size, bindings, source.repair_environment]
+    room = room_path(source.path, source.defines) if within_room else None
+    facts = [stamp(source.path), stamp(source.environment), source.size, bindings, source.repair_environment, stamp(room)]
+    facts.append(dict(source.defines))
     return json.dumps(facts, sort_keys=True, default=str)

@@ -21,8 +21,8 @@ SPACING = 1.0 / 32.0
 MAX_TRIANGLES = 100_000
 #: Baking stops when the samples' standard error, on average, is this part of their radiance, or at MAX_SPP paths each.
 BAKE_ERROR, MAX_SPP = 0.015, 1024
-#: Paths a kernel launch: a power of two sums alike in any order of threads.
-BATCH = 64
+#: Paths of one batch, on STRATA × STRATA cells; batches are independent, and their scatter is the standard error.
+STRATA, MIN_BATCHES = 4, 8
 
 
 def near_field(loaded: LoadedScene, source: SceneSource) -> LoadedScene:
@@ -68,7 +68,7 @@ def bake(source: SceneSource) -> Room:
     origin, direction = mi.Point3f((points[used] + offset * normals[used]).T), mi.Vector3f(-normals[used].T)
     integrator = mi.load_dict({"type": "path", "max_depth": -1})
     mean, error, spp = _average(
-        lambda sampler: integrator.sample(scene, sampler, mi.RayDifferential3f(origin, direction))[0],
+        lambda sampler, cell: integrator.sample(scene, sampler, mi.RayDifferential3f(origin, direction))[0],
         int(used.sum()),
         BAKE_ERROR,
         MAX_SPP,
@@ -108,8 +108,8 @@ def probe(source: SceneSource, centre: tuple[float, float, float], width: int, e
     axis, s, t = (mi.Vector3f(table[face].T) for table in (cubemap.AXIS, cubemap.S, cubemap.T))
     column, row, origin = mi.Float(column), mi.Float(row), mi.Point3f(*(float(c) for c in centre))
 
-    def radiance(sampler: Any) -> Any:
-        jitter = sampler.next_2d()
+    def radiance(sampler: Any, cell: Any) -> Any:
+        jitter = (cell + sampler.next_2d()) / STRATA
         a, b = 2.0 * (column + jitter.x) / width - 1.0, 2.0 * (row + jitter.y) / width - 1.0
         ray = mi.RayDifferential3f(origin, dr.normalize(axis + a * s + b * t))
         return integrator.sample(scene, sampler, ray)[0]
@@ -120,32 +120,31 @@ def probe(source: SceneSource, centre: tuple[float, float, float], width: int, e
 
 
 def _average(
-    sample: Callable[[Any], Any], count: int, error: float, max_spp: int
+    sample: Callable[[Any, Any], Any], count: int, error: float, max_spp: int
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], int]:
-    """(mean, standard error, samples) of `count` random colours each, (N, 3), until mean error / mean falls to `error`."""
+    """(mean, standard error, samples) of `count` random colours each, (N, 3), until mean error / mean falls to `error`.
+    sample: of a Mitsuba sampler and the (x, y) of the cell that this sample's stratified dimensions fall in."""
     import drjit as dr
     import mitsuba as mi
 
-    total, squares, spp = np.zeros((count, 3)), np.zeros((count, 3)), 0
-    while spp < max_spp:
+    def add(i: Any, total: Any, sampler: Any) -> tuple:
+        return i + 1, total + sample(sampler, mi.Point2f(mi.Float(i % STRATA), mi.Float(i // STRATA))), sampler
+
+    total, squares, batches = np.zeros((count, 3)), np.zeros((count, 3)), 0
+    while True:
         sampler = mi.load_dict({"type": "independent"})
-        sampler.seed(spp, count)
-
-        def add(i: Any, total: Any, squares: Any, sampler: Any) -> tuple:
-            value = sample(sampler)
-            return i + 1, total + value, squares + value * value, sampler
-
-        start = (mi.UInt32(0), mi.Color3f(0), mi.Color3f(0), sampler)
-        _, batch, of_squares, _ = dr.while_loop(start, lambda i, *_: i < BATCH, add)
-        dr.eval(batch, of_squares)
-        total, squares, spp = total + _rows(batch, count), squares + _rows(of_squares, count), spp + BATCH
-        mean = total / spp
-        deviation = np.sqrt(np.maximum(squares / spp - mean**2, 0.0) / (spp - 1))
-        if deviation.mean() <= error * mean.mean():
+        sampler.seed(batches, count)
+        start = (mi.UInt32(0), mi.Color3f(0), sampler)
+        batch = _rows(dr.while_loop(start, lambda i, *_: i < STRATA**2, add)[1], count) / STRATA**2
+        total, squares, batches = total + batch, squares + batch**2, batches + 1
+        mean = total / batches
+        deviation = np.sqrt(np.maximum(squares / batches - mean**2, 0.0) / max(batches - 1, 1))
+        enough = batches >= MIN_BATCHES and deviation.mean() <= error * mean.mean()
+        if enough or (batches + 1) * STRATA**2 > max_spp:
             break
     if not np.isfinite(mean).all():
         raise EvalsuiteError("room", "NaN or Inf radiance", "finite radiance", "look for extreme BSDF values")
-    return mean.astype(np.float32), deviation.astype(np.float32), spp
+    return mean.astype(np.float32), deviation.astype(np.float32), batches * STRATA**2
 
 
 def _rows(colours: Any, count: int) -> NDArray[np.float64]:

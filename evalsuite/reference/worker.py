@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evalsuite.reference import render, variants
+from evalsuite.reference import render, room, variants
 from evalsuite.reference.gbuffer import trace_gbuffer
 from evalsuite.reference.render import RenderState
-from evalsuite.scene.model import Environment, GBuffer, Scene, SceneSource
+from evalsuite.scene.model import Environment, GBuffer, Room, Scene, SceneSource
 
 
 def probe() -> dict[str, Any]:
@@ -80,6 +80,18 @@ def sample(source: SceneSource, plan: Mapping[str, Any], mask: NDArray[np.bool_]
         render.save_state(state, path)
         return step
     return step | {"mean": state.mean, "standard_error": render.standard_error(state, mask), "halves": state.halves}
+
+
+def bake_room(source: SceneSource) -> Room:
+    """The scene's room with its light on it; see `room.bake`."""
+    variants.activate()
+    return room.bake(source)
+
+
+def probe_room(source: SceneSource, centre: tuple[float, float, float], width: int, error: float) -> tuple:
+    """The room's radiance at a point, and its standard error; see `room.probe`."""
+    variants.activate()
+    return room.probe(source, centre, width, error)
 
 
 def albedo(

@@ -48,12 +48,15 @@ class StandsFor:
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """What an environment gives a technique's shader. prepare_ms: what making it cost, once."""
+    """What an environment gives a technique's shader. prepare_ms: what making it cost, once. frame_ms: what has to be done
+    in each frame before shading. probe: {"position", "faces": (6, w, w, 3)} of a map taken within the scene's room."""
 
     uniforms: Mapping[str, object] = field(default_factory=dict)
     textures: Mapping[str, object] = field(default_factory=dict)
     prepare_ms: float = 0.0
     notes: tuple[str, ...] = ()
+    frame_ms: float = 0.0
+    probe: Mapping[str, object] | None = None
 
 
 @dataclass(frozen=True)
@@ -77,9 +80,10 @@ class Technique:
     parameters, settings) → (N, 3) float64 radiance, an independent NumPy computation of what shade() returns. twin_bound:
     largest difference between the two over the twin's mean on a CPU renderer, for twin_bound_reason, with twin_settings.
     resolves: fill() finds material parameters in the picture, so the target waits for it. random: standard error comes with
-    the picture. layers: `#define`s of each draw of a mesh, one over the other. rounds: how many passes each sub-sample is
-    averaged over; per_pass: uniforms of one pass. fill: (scene, settings, with the names "given") → values for parameters
-    that are still open. fit: an analysis of the picture for the page.
+    the picture. within_room: it draws `scene.room`, which the scene must name. layers: `#define`s of each draw of a mesh, one
+    over the other. rounds: how many passes each sub-sample is averaged over; per_pass: uniforms of one pass. fill: (scene,
+    settings, with the names "given") → values for parameters that are still open. fit: an analysis of the picture for the
+    page.
     """
 
     id: str
@@ -101,6 +105,7 @@ class Technique:
     resolves: bool = False
     vertex_stage: bool = False
     random: bool = False
+    within_room: bool = False
     defines: Callable[[Settings], Mapping[str, object]] = lambda settings: {}
     layers: Callable[[Settings], Sequence[Mapping[str, object]]] = lambda settings: ({},)
     rounds: Callable[[Settings, int], int] = lambda settings, subsamples: 1

@@ -96,31 +96,13 @@ def settings_plugin(material: Settings) -> str:
     return str(material.get("plugin", "blinnphong"))
 
 
-_TARGETS = {
-    "diffuse": ("reflectance",),
-    "phong": ("exponent", "specular_reflectance", "diffuse_reflectance"),
-    "blinnphong": ("exponent", "specular_reflectance", "diffuse_reflectance"),
-}
-
-
-def target_bsdf(settings: Settings) -> dict[str, object]:
-    """The plugin that `bsdf` names, with the parameters it has."""
-    plugin = str(settings["bsdf"])
-    return {"type": plugin, **{name: settings[name] for name in _TARGETS[plugin]}}
-
-
 TECHNIQUE = Technique(
     id="brute-force",
     title="Brute-force integral in the shader",
     paper="evalsuite's own oracle; multiple importance sampling after Veach and Guibas 1995",
     equations="L_o = ∫ f(l, v) L(l) (n·l)₊ dl",
     parameters=(
-        Parameter("bsdf", "phong", "plugin of the subject's target", "material", common.choice(*_TARGETS),
-                  f"one of {', '.join(_TARGETS)}"),
-        common.material_parameter("exponent", 50.0, "exponent of a phong or blinnphong target"),
-        common.material_parameter("specular_reflectance", common.WHITE, "k_s of a phong or blinnphong target"),
-        common.material_parameter("diffuse_reflectance", (0.0, 0.0, 0.0), "k_d of a phong or blinnphong target"),
-        common.material_parameter("reflectance", (0.5, 0.5, 0.5), "reflectance of a diffuse target"),
+        *common.bsdf_parameters("phong"),
         Parameter("samples", 256, "directions a pixel in all, over its sub-samples", "technique",
                   common.integer(4, 1 << 24), "a whole number from 4"),
     ),
@@ -133,7 +115,7 @@ TECHNIQUE = Technique(
         "phong": StandsFor("phong as it is", _uniforms(_PHONG)),
         "blinnphong": StandsFor("blinnphong as it is", _uniforms(_BLINN_PHONG)),
     },
-    target_bsdf=target_bsdf,
+    target_bsdf=common.named_target,
     shader=Path(__file__).with_suffix(".glsl"),
     prepare=prepare,
     twin=twin,

@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 
 WHITE = (1.0, 1.0, 1.0)
 
+_LOBE = ("exponent", "specular_reflectance", "diffuse_reflectance")
+#: What the plugins have that one technique can stand for together.
+_OF_PLUGIN = {"diffuse": ("reflectance",), "phong": _LOBE, "blinnphong": _LOBE}
+
 
 def number(low: float = -np.inf, high: float = np.inf) -> Callable[[object], float]:
     """Parser of a finite number within bounds."""
@@ -132,6 +136,25 @@ def lobe_target(plugin: str) -> Callable[[Settings], dict[str, object]]:
         "specular_reflectance": settings["specular_reflectance"],
         "diffuse_reflectance": 0.0,
     }
+
+
+def bsdf_parameters(plugin: str) -> tuple[Parameter, ...]:
+    """Parameters of a technique that stands for diffuse, phong and blinnphong alike. plugin: its target's, by default."""
+    of_lobe = "of a phong or blinnphong target"
+    return (
+        Parameter("bsdf", plugin, "plugin of the subject's target", "material", choice(*_OF_PLUGIN),
+                  f"one of {', '.join(_OF_PLUGIN)}"),
+        material_parameter("exponent", 50.0, f"exponent {of_lobe}"),
+        material_parameter("specular_reflectance", WHITE, f"k_s {of_lobe}"),
+        material_parameter("diffuse_reflectance", (0.0, 0.0, 0.0), f"k_d {of_lobe}"),
+        material_parameter("reflectance", (0.5, 0.5, 0.5), "reflectance of a diffuse target"),
+    )  # fmt: skip
+
+
+def named_target(settings: Settings) -> dict[str, object]:
+    """The plugin that `bsdf` names, with the parameters it has."""
+    plugin = str(settings["bsdf"])
+    return {"type": plugin, **{name: settings[name] for name in _OF_PLUGIN[plugin]}}
 
 
 def no_diffuse_part(material: Material) -> str | None:

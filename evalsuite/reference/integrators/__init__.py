@@ -12,11 +12,13 @@ from evalsuite.errors import EvalsuiteError
 
 @dataclass(frozen=True)
 class Target:
-    """One definition of the truth. description: one line for lists and pages. plugin: Mitsuba integrator dictionary."""
+    """One definition of the truth. description: one line for lists and pages. plugin: Mitsuba integrator dictionary.
+    within_room: the scene's real room takes the environment's place."""
 
     id: str
     description: str
     plugin: Mapping[str, object] = field(default_factory=dict)
+    within_room: bool = False
 
 
 TARGETS: dict[str, Target] = {
@@ -26,6 +28,7 @@ TARGETS: dict[str, Target] = {
         Target("direct", "environment × BRDF with visibility, one bounce", {"type": "direct"}),
         # No depth limit: Russian roulette ends paths without bias, a limit would lose energy in cavities.
         Target("path", "full light transport with interreflection", {"type": "path", "max_depth": -1}),
+        Target("near-field", "path-traced in the real room that the scene names", {"type": "path", "max_depth": -1}, True),
         Target("lookup", "no light: the map of an `npr` material, looked up exactly at the first hit", {"type": "lookup"}),
     )
 }
