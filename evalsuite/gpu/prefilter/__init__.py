@@ -1,0 +1,1 @@
+"""Environment maps filtered on the GPU before anything is drawn."""
