@@ -63,7 +63,7 @@ def _paraboloids(env: GpuEnvironment, size: int, border: float, ring: float, mip
     if size < 8 or size & (size - 1) or not 0 <= border <= size / 4:
         where = f"paraboloid map of {size}² texels, border {border:g}"
         raise EvalsuiteError(where, "no usable size", "a power of two from 8, and a border up to a quarter of it")
-    textures = tuple(_texture(size) for _ in (paraboloid.FRONT, paraboloid.BACK))
+    textures = tuple(_texture(size, chain=mips != "none") for _ in (paraboloid.FRONT, paraboloid.BACK))
     k = paraboloid.subsamples_per_texel(size, border, latlong_spacing(*env.shape))
     _resample(env, textures, border, ring, np.eye(3), {"subsamples": k}, {}, k * k)
     if mips == "box":
@@ -103,9 +103,11 @@ def _sphere(env: GpuEnvironment, size: int, border: float, view: tuple[float, fl
     return maps
 
 
-def _texture(size: int) -> moderngl.Texture:
+def _texture(size: int, chain: bool = False) -> moderngl.Texture:
     context.check_texture_size("map", size, size)
     texture = context.get().texture((size, size), 4, dtype="f4")
+    if chain:
+        texture.build_mipmaps()  # allocated before level 0 is first written as an image: Mesa loses later levels' stores else
     texture.repeat_x = texture.repeat_y = False
     return texture
 
@@ -142,8 +144,6 @@ def _resample(
 def _weighted_mips(textures: tuple[moderngl.Texture, ...], size: int, border: float, ring: float) -> None:
     gl = context.get()
     shader = programs.compute((programs.part("halve_weighted.comp"),))
-    for texture in textures:
-        texture.build_mipmaps()  # allocates the chain
     for level in range(1, size.bit_length()):
         finer, shrunk = size >> (level - 1), 2.0 ** (1 - level)
         omega = paraboloid.texel_solid_angles(finer, border * shrunk, inside=False)

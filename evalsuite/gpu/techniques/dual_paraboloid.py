@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from evalsuite.errors import EvalsuiteError
 from evalsuite.gpu.techniques import common, mirror
 from evalsuite.gpu.techniques.base import Float, Parameter, Prepared, Settings
 from evalsuite.math import disc_map, paraboloid
@@ -37,7 +38,7 @@ MAP_SIZE = Parameter(
 )  # fmt: skip
 BORDER = Parameter(
     "border", None, "border around the circle [texels]; default: so that the circles hold as many texels as mirror-cube's faces, "
-    "at least 2", "technique", common.number(0.0, 2048.0), "a number of texels up to a quarter of map_size",
+    "at least 3", "technique", common.number(0.0, 2048.0), "a number of texels up to a quarter of map_size",
 )  # fmt: skip
 
 
@@ -53,6 +54,10 @@ def prepare(env: GpuEnvironment, settings: Settings, ring: float) -> Prepared:
     from evalsuite.gpu import disc_maps
 
     size, border = settings["map_size"], settings["border"]
+    if border < ring + 1.0:
+        raise EvalsuiteError(
+            "border", f"{border:g} texels", f"at least {ring + 1:g}: the ring and one texel beyond"
+        )
     maps = disc_maps.paraboloids(env, size, border, ring, _MIPS[settings["filter"]])
     front, back = (paraboloid.texture_matrix(half, size, border) for half in (paraboloid.FRONT, paraboloid.BACK))
     note = (f"two paraboloid maps of {size}² texels, circle radius {0.5 * size - border:.2f}; resampling changed the map's "
