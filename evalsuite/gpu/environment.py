@@ -114,7 +114,9 @@ class GpuEnvironment:
 
     def _resample(self, width: int) -> Cube:
         gl = context.get()
-        shader = programs.compute((programs.part("latlong.glsl"), programs.part("resample.comp")))
+        shader = programs.compute(
+            (programs.part("latlong.glsl"), programs.part("library/cube_faces.glsl"), programs.part("resample.comp"))
+        )
         start = time.perf_counter()
         texture = gl.texture_cube((width, width), 4, dtype="f4")
         texture.build_mipmaps()  # allocates the chain, so that the cube is complete as an image

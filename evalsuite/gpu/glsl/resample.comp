@@ -4,11 +4,6 @@ layout(rgba32f, binding = 0) writeonly uniform imageCube faces;
 uniform int subsamples;
 uniform int first_row;
 
-// OpenGL 4.5 core, table 8.19, as math.cubemap's AXIS, S and T.
-const vec3 AXIS[6] = vec3[6](vec3(1, 0, 0), vec3(-1, 0, 0), vec3(0, 1, 0), vec3(0, -1, 0), vec3(0, 0, 1), vec3(0, 0, -1));
-const vec3 S[6] = vec3[6](vec3(0, 0, -1), vec3(0, 0, 1), vec3(1, 0, 0), vec3(1, 0, 0), vec3(1, 0, 0), vec3(-1, 0, 0));
-const vec3 T[6] = vec3[6](vec3(0, -1, 0), vec3(0, -1, 0), vec3(0, 0, 1), vec3(0, 0, -1), vec3(0, -1, 0), vec3(0, -1, 0));
-
 void main() {
     ivec3 texel = ivec3(gl_GlobalInvocationID) + ivec3(0, first_row, 0);
     int width = imageSize(faces).x;
@@ -20,7 +15,7 @@ void main() {
         for (int i = 0; i < subsamples; ++i) {
             vec2 ab = 2.0 * (vec2(texel.xy) + (vec2(i, j) + 0.5) / float(subsamples)) / float(width) - 1.0;
             float omega = pow(1.0 + dot(ab, ab), -1.5);
-            row += omega * env_radiance(AXIS[texel.z] + ab.x * S[texel.z] + ab.y * T[texel.z]);
+            row += omega * env_radiance(face_direction(texel.z, ab));
             weight += omega;
         }
         sum += row;

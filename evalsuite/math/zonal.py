@@ -1,0 +1,88 @@
+"""A lat-long map convolved with a lobe of revolution, through spherical harmonics, in float64.
+
+Funk–Hecke: a kernel that depends on r·l alone multiplies band l of the map by one number λ_l. Only its tail is cut, where
+λ_l is negligible; the map itself is integrated as the bilinear interpolant that `math.sphere.latlong_lookup` is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from evalsuite.math.sphere import direction_to_latlong
+
+Float = NDArray[np.float64]
+
+
+def phong_bands(exponent: float, degree: int) -> Float:
+    """λ_l of the normalised Phong lobe (N + 1)/2π (r·l)₊^N for l = 0 … degree.
+
+    λ_l = (N + 1) ∫₀¹ c^N P_l(c) dc; integrating the recurrence of P_l by parts,
+    **λ₀ = 1, λ₁ = (N + 1)/(N + 2), λ_l = λ_{l−2} (N + 2 − l)/(N + 1 + l)**. N = 1 is the clamped cosine over π.
+    """
+    bands = np.ones(degree + 1)
+    for l in range(1, degree + 1):  # noqa: E741
+        bands[l] = (exponent + 1) / (exponent + 2) if l == 1 else bands[l - 2] * (exponent + 2 - l) / (exponent + 1 + l)
+    return bands
+
+
+def phong_degree(exponent: float, tail: float = 1e-8) -> int:
+    """Degree beyond which λ_l ≈ exp(−l²/2(N + 1)) is below `tail`; at least 64, for the edge of small N at the horizon."""
+    return max(64, int(np.ceil(np.sqrt(-2.0 * (exponent + 1.0) * np.log(tail)))))
+
+
+def _legendre(cosine: Float, sine: Float, degree: int) -> Iterator[Float]:
+    """For m = 0 … degree the (degree − m + 1, P) values for l = m … degree of P̄_lm, normalised so that
+    P̄_lm(cos θ) e^{imφ} is orthonormal on the sphere."""
+    sectoral = np.full_like(cosine, np.sqrt(1.0 / (4.0 * np.pi)))
+    for m in range(degree + 1):
+        values = np.empty((degree - m + 1, len(cosine)))
+        values[0] = sectoral
+        if m < degree:
+            values[1] = np.sqrt(2.0 * m + 3.0) * cosine * sectoral
+        for l in range(m + 2, degree + 1):  # noqa: E741
+            a = np.sqrt((4.0 * l * l - 1.0) / (l * l - m * m))
+            b = np.sqrt(((l - 1.0) ** 2 - m * m) / (4.0 * (l - 1.0) ** 2 - 1.0))
+            values[l - m] = a * (cosine * values[l - m - 1] - b * values[l - m - 2])
+        yield values
+        sectoral = -np.sqrt((2.0 * m + 3.0) / (2.0 * m + 2.0)) * sine * sectoral
+
+
+def _rows(radiance: Float, degree: int) -> tuple[Float, Float, Float]:
+    """Gauss–Legendre rows of the bilinear map: θ (R,), weights sin θ dθ (R,), radiance (R, W, C). Points in a cell of height δ
+    follow degree · δ, the phase of the highest band across it."""
+    if len(radiance) == 1:
+        radiance = np.repeat(radiance, 2, axis=0)
+    height = len(radiance)
+    gauss = 4 + int(np.ceil(0.6 * degree * np.pi / (height - 1)))
+    node, weight = np.polynomial.legendre.leggauss(gauss)
+    fraction = 0.5 * (node + 1.0)
+    delta = np.pi / (height - 1)
+    theta = ((np.arange(height - 1)[:, None] + fraction) * delta).ravel()
+    mixed = (1.0 - fraction)[:, None, None] * radiance[:-1, None] + fraction[:, None, None] * radiance[1:, None]
+    weights = np.tile(0.5 * delta * weight, height - 1) * np.sin(theta)
+    return theta, weights, mixed.reshape(-1, *radiance.shape[1:])
+
+
+def convolve(radiance: ArrayLike, bands: ArrayLike, directions: ArrayLike) -> Float:
+    """∫ L(l) K(r·l) dω, (P, C). radiance: (H, W, C) lat-long; bands: λ_l of K, l = 0 …; directions: (P, 3) r, local frame."""
+    radiance, bands = np.asarray(radiance, dtype=np.float64), np.asarray(bands, dtype=np.float64)
+    degree, width = len(bands) - 1, radiance.shape[1]
+    theta, weights, rows = _rows(radiance, degree)
+    m = np.arange(degree + 1)
+    # ∫ L e^{−imφ} dφ of a row: hats between texel centres (i + ½) 2π/W turn the discrete transform into sinc² times it.
+    spectrum = np.fft.fft(rows, axis=1)[:, m % width] * (2.0 * np.pi / width)
+    spectrum *= (np.sinc(m / width) ** 2 * np.exp(-1j * np.pi * m / width))[:, None]
+    u, v = direction_to_latlong(directions)
+    phi, theta_out = 2.0 * np.pi * u, np.pi * v
+    out = np.zeros((len(phi), radiance.shape[-1]))
+    weighted = weights[:, None, None] * spectrum
+    both = zip(_legendre(np.cos(theta), np.sin(theta), degree), _legendre(np.cos(theta_out), np.sin(theta_out), degree),
+               strict=True)  # fmt: skip
+    for order, (analysis, synthesis) in enumerate(both):
+        coefficients = bands[order:, None] * (analysis @ weighted[:, order])
+        rotated = np.exp(1j * order * phi)[:, None] * (synthesis.T @ coefficients)
+        out += (1.0 if order == 0 else 2.0) * rotated.real
+    return out
