@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from evalsuite.gpu.techniques import (
     brute_force,
+    diffuse_map,
     diffuse_sh9,
     diffuse_topmip,
     fresnel_add,
@@ -13,6 +14,7 @@ from evalsuite.gpu.techniques import (
     fresnel_mirror,
     glossy_boxmip,
     glossy_mcguire,
+    glossy_phong_map,
     kautz_combined,
     mcguire_combined,
     mirror_cube,
@@ -33,8 +35,10 @@ TECHNIQUES: Mapping[str, Technique] = {
         mirror_cube.TECHNIQUE,
         mirror_paraboloid.TECHNIQUE,
         mirror_paraboloid_2pass.TECHNIQUE,
+        diffuse_map.TECHNIQUE,
         diffuse_sh9.TECHNIQUE,
         diffuse_topmip.TECHNIQUE,
+        glossy_phong_map.TECHNIQUE,
         glossy_boxmip.TECHNIQUE,
         glossy_mcguire.TECHNIQUE,
         fresnel_mirror.TECHNIQUE,
