@@ -22,6 +22,7 @@ from evalsuite.image import exr
 from evalsuite.pipeline import Progress, Run, Settings
 from evalsuite.plan import QUALITY, TARGETS, Cell, Value, unknown
 from evalsuite.scene import builtin
+from evalsuite.scene.dependencies import check_parameters
 from evalsuite.scene.model import SceneSource
 from evalsuite.store.cache import Store
 
@@ -68,12 +69,19 @@ def _run(settings: Settings) -> Run:
 
 
 def load_scene(
-    path: str | Path, envmap: str | Path | None = None, size: tuple[int, int] | None = None, repair_env: bool = False
+    path: str | Path,
+    envmap: str | Path | None = None,
+    size: tuple[int, int] | None = None,
+    repair_env: bool = False,
+    **parameters: Value,
 ) -> SceneHandle:
     """A built-in scene by name, or any Mitsuba XML file. envmap: a lat-long .exr/.hdr or a name from `evalsuite env list`
-    that replaces the scene's environment. size: (width, height) [pixels]. Raises EvalsuiteError for bad input."""
+    that replaces the scene's environment. size: (width, height) [pixels]. parameters: those that the scene leaves open with
+    `<default name="x" value="0"/>`. Raises EvalsuiteError for bad input."""
     environment = builtin.environment_path(str(envmap)) if envmap is not None else None
-    handle = SceneHandle(SceneSource(builtin.scene_path(str(path)), environment, size, {}, repair_env))
+    file, defines = builtin.scene_path(str(path)), {name: str(value) for name, value in parameters.items()}
+    check_parameters(file, defines)
+    handle = SceneHandle(SceneSource(file, environment, size, {}, repair_env, defines))
     _run(Settings()).outline(handle.source)
     return handle
 
@@ -108,8 +116,8 @@ def render(
         raise EvalsuiteError(
             scene.source.path,
             reason,
-            "a material that the technique can stand for",
-            "choose another technique, or give the material with a parameter such as exponent=64",
+            "a scene that the technique can draw",
+            "choose another technique, or give a material with a parameter such as exponent=64",
         )
     scene.bindings = source.bindings
     return exr.read(run.image(source, chosen, filled)[0] / "image.exr")

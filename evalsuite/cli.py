@@ -36,7 +36,10 @@ out, err = Console(), Console(stderr=True)
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Size = Annotated[str | None, typer.Option(metavar="WxH", help="Picture size [pixels]; default: the scene's own.")]
 Env = Annotated[str | None, typer.Option("--env", help="Lat-long .exr/.hdr, or a name from `evalsuite env list`.")]
-Param = Annotated[list[str] | None, typer.Option("--param", "-p", metavar="K=V", help="Parameter; K=V1,V2,… sweeps.")]
+Param = Annotated[
+    list[str] | None,
+    typer.Option("--param", "-p", metavar="K=V", help="Parameter of the technique or of the scene; `run` sweeps K=V1,V2,…"),
+]
 Quality = Annotated[str | None, typer.Option(help="draft (2 %), standard (0.5 %) or publication (0.1 %).")]
 TargetError = Annotated[float | None, typer.Option(help="Relative standard error of the reference, instead of --quality.")]
 Seed = Annotated[int, typer.Option(help="Seed of every random number.")]
@@ -137,7 +140,7 @@ def run(
     ] = None,
     param: Param = None,
     env: Env = None,
-    target: Annotated[list[str] | None, typer.Option(help="unoccluded, direct or path. Repeatable.")] = None,
+    target: Annotated[list[str] | None, typer.Option(help="A name from `evalsuite list targets`. Repeatable.")] = None,
     quality: Quality = None,
     target_error: TargetError = None,
     size: Size = None,
@@ -198,12 +201,19 @@ def render(
 ) -> None:
     """Draw one GPU picture (linear EXR)."""
     from evalsuite import api
+    from evalsuite.gpu import registry
     from evalsuite.image import exr
     from evalsuite.plan import parse_parameters
+    from evalsuite.scene import builtin
+    from evalsuite.scene.dependencies import parameters as scene_parameters
 
     _require_exr(output)
     parameters = {name: values[0] for name, values in parse_parameters(param or []).items()}
-    handle = _load(api, scene, env, size, repair_env)
+    # The technique's own names win; the rest is the scene's, or unknown.
+    own = registry.find(technique).defaults()
+    known = scene_parameters(builtin.scene_path(scene))
+    defines = {name: parameters.pop(name) for name in list(parameters) if name not in own and name in known}
+    handle = _load(api, scene, env, size, repair_env, defines)
     with err.status(f"drawing {escape(scene)} with {escape(technique)}"):
         picture = api.render(handle, technique, seed=seed, **parameters)
     exr.write(output, picture)
@@ -214,7 +224,8 @@ def render(
 def reference(
     scene: Annotated[str, typer.Argument(help="Scene name or Mitsuba XML file.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="EXR file to write: the mean, and a part `standard_error`.")],
-    target: Annotated[str, typer.Option(help="unoccluded, direct or path.")] = "direct",
+    target: Annotated[str, typer.Option(help="A name from `evalsuite list targets`.")] = "direct",
+    param: Param = None,
     env: Env = None,
     size: Size = None,
     quality: Quality = None,
@@ -225,10 +236,12 @@ def reference(
     """Render one Mitsuba picture with its standard error as a second EXR part."""
     from evalsuite import api
     from evalsuite.image import exr
+    from evalsuite.plan import parse_parameters
 
     _require_exr(output)
     error, cap = _error(quality, target_error)
-    handle = _load(api, scene, env, size, repair_env)
+    defines = {name: values[0] for name, values in parse_parameters(param or []).items()}
+    handle = _load(api, scene, env, size, repair_env, defines)
     with err.status(f"rendering {escape(scene)}, {escape(target)}"):
         result = api.reference(handle, target, target_error=error, max_spp=cap, seed=seed)
     exr.write(
@@ -246,12 +259,12 @@ def reference(
     print(f"{output}  {result.spp} spp, relative standard error {result.reached_error:.2%}")
 
 
-def _load(api: Any, scene: str, env: str | None, size: str | None, repair: bool) -> Any:
+def _load(api: Any, scene: str, env: str | None, size: str | None, repair: bool, defines: dict[str, Any]) -> Any:
     import warnings
 
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        handle = api.load_scene(scene, envmap=env, size=_size(size), repair_env=repair)
+        handle = api.load_scene(scene, envmap=env, size=_size(size), repair_env=repair, **defines)
     for warning in caught:
         err.print(f"warning: {escape(str(warning.message))}", style="yellow", highlight=False, soft_wrap=True)
     return handle
@@ -324,11 +337,14 @@ def doctor(as_json: Json = False) -> None:
 
 @list_app.command("scenes")
 def list_scenes(as_json: Json = False) -> None:
-    """Built-in scenes."""
+    """Built-in scenes, with the parameters that -p sets."""
     from evalsuite.scene import builtin
+    from evalsuite.scene.dependencies import parameters
 
     rows = [{k: str(v) for k, v in row.items()} for row in builtin.list_scenes()]
-    _print_json(rows) if as_json else _print_table(rows, ["name", "description"])
+    for row in rows:
+        row["parameters"] = ", ".join(f"{name}={value}" for name, value in parameters(Path(row["path"])).items())
+    _print_json(rows) if as_json else _print_table(rows, ["name", "description", "parameters"])
 
 
 @list_app.command("techniques")

@@ -33,7 +33,8 @@ class Run(Steps):
     """Makes cells out of steps."""
 
     def source(self, cell: Cell) -> SceneSource:
-        return SceneSource(cell.path, cell.environment_path, self.settings.size, {}, self.settings.repair_environment)
+        defines = {name: str(value) for name, value in cell.defines.items()}
+        return SceneSource(cell.path, cell.environment_path, self.settings.size, {}, self.settings.repair_environment, defines)
 
     def bind(self, cell: Cell, technique: Technique, outline: Scene, parameters: Mapping) -> dict[str, dict]:
         """Which BSDFs the cell replaces in both renderers: the scene's `subject`; without one, and only when the user gave
@@ -74,7 +75,7 @@ class Run(Steps):
             "scene": cell.scene,
             "environment": cell.environment,
             "technique": technique.id,
-            "parameters": ({"env": cell.environment} if cell.environment else {}) | dict(cell.parameters),
+            "parameters": cell.stated,
             "target": cell.target,
             "scene_file": str(cell.path),
             "seed": self.settings.seed,
@@ -118,7 +119,7 @@ class Run(Steps):
         result["notes"] += [f"Drawn by Mitsuba only: {name}" for name in outline.mitsuba_only]
         source, parameters = self.bound_source(cell, technique, plain)
         kept = [key for bound in source.bindings.values() for key, value in bound.items() if value == OWN]
-        result["all_parameters"] = parameters | dict.fromkeys(kept, "the scene's own bitmap")
+        result["all_parameters"] = parameters | dict.fromkeys(kept, "the scene's own bitmap") | dict(cell.defines)
         reason = cannot_stand_for(technique, self.outline(source))
         if cell.target == "near-field" and outline.room_file is None:
             reason = "the scene names no room, so there is no near field to render"
@@ -184,7 +185,7 @@ def reproduce(cell: Cell, settings: Settings) -> str:
         "--target",
         cell.target,
     ]
-    for name, value in cell.parameters.items():
+    for name, value in (*cell.parameters.items(), *cell.defines.items()):
         words += ["-p", f"{name}={value}"]
     if cell.environment:
         words += ["--env", cell.environment if cell.environment_path.name != cell.environment else str(cell.environment_path)]

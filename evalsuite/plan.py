@@ -17,7 +17,8 @@ from pathlib import Path
 from evalsuite.errors import EvalsuiteError
 from evalsuite.gpu import registry
 from evalsuite.scene import builtin
-from evalsuite.scene.dependencies import names_id
+from evalsuite.scene.dependencies import ROOM, names_id
+from evalsuite.scene.dependencies import parameters as scene_parameters
 from evalsuite.scene.model import SUBJECT
 
 Value = float | int | str
@@ -44,7 +45,7 @@ TARGETS: Mapping[str, str] = {
 class Cell:
     """technique: its id, or the path of a user's own shader. parameters: those stated by the report or the user (defaults
     left out). forced: those among them that the user gave with -p, which bind a scene's materials even when it names no
-    `subject`."""
+    `subject`. defines: values of the scene's own parameters."""
 
     scene: str
     path: Path
@@ -54,12 +55,18 @@ class Cell:
     parameters: Mapping[str, Value] = field(default_factory=dict)
     target: str = "unoccluded"
     forced: frozenset[str] = frozenset()
+    defines: Mapping[str, Value] = field(default_factory=dict)
+
+    @property
+    def stated(self) -> dict[str, Value]:
+        """All that was stated beside scene, technique and target: a replaced environment, the technique's parameters, and
+        the scene's."""
+        return ({"env": self.environment} if self.environment else {}) | dict(self.parameters) | dict(self.defines)
 
     @property
     def id(self) -> str:
         """`<scene>/<technique>/<parameters>/<target>`; a replaced environment counts among the parameters."""
-        stated = ({"env": self.environment} if self.environment else {}) | dict(self.parameters)
-        text = ",".join(f"{name}={format_value(value)}" for name, value in stated.items()) or "default"
+        text = ",".join(f"{name}={format_value(value)}" for name, value in self.stated.items()) or "default"
         technique = Path(self.technique).stem if registry.is_shader(self.technique) else self.technique
         return "/".join(part.replace("/", "∕") for part in (self.scene, technique, text, self.target))
 
@@ -191,7 +198,8 @@ def _matching(patterns: Sequence[str]) -> list[str]:
 def plan(report: Report, choice: Choice | None = None) -> list[Cell]:
     """All cells of a report under the user's choices, each once, in the report's order.
 
-    Raises EvalsuiteError for unknown scenes, environments, techniques, targets, or a parameter no chosen technique has."""
+    Raises EvalsuiteError for unknown scenes, environments, techniques, targets, or a parameter that no chosen technique and
+    no chosen scene has. Where both have one of that name, it is the technique's."""
     choice = choice or Choice()
     selected = _matching(choice.techniques) if choice.techniques else None
     in_report = [t for group in report.groups for t in _matching(group.techniques)]
@@ -202,6 +210,7 @@ def plan(report: Report, choice: Choice | None = None) -> list[Cell]:
     known: set[str] = set()
     subject: dict[Path, bool] = {}
     labels: dict[str, Path] = {}
+    open_in_scene: dict[tuple[Path, str], set[str]] = {}
     for group in report.groups:
         techniques = [t for t in _matching(group.techniques) if selected is None or t in selected] + extra
         parameters = dict(group.parameters) | dict(choice.parameters)
@@ -217,26 +226,33 @@ def plan(report: Report, choice: Choice | None = None) -> list[Cell]:
             # A technique that the report does not hold takes none of the report's values.
             wanted = choice.parameters if technique in extra else parameters
             sweep = {k: v for k, v in wanted.items() if k in own and k in bindable}
-            used |= set(sweep)
+            room = str(parameters[ROOM][0]) if ROOM in parameters else ""
+            if (path, room) not in open_in_scene:
+                open_in_scene[path, room] = set(scene_parameters(path, {ROOM: room} if room else {}))
+            of_scene = {k: v for k, v in parameters.items() if k in open_in_scene[path, room] - set(own)}
+            known |= open_in_scene[path, room]
+            used |= set(sweep) | set(of_scene)
             for target in choice.targets or group.targets or (registry.find(technique).target,):
                 if target not in TARGETS:
                     raise unknown("target", target, TARGETS, "`evalsuite list targets`")
-                for values in itertools.product(*sweep.values()):
-                    registry.find(technique).parse(dict(zip(sweep, values, strict=True)))
+                for values in itertools.product(*sweep.values(), *of_scene.values()):
+                    own_values = dict(zip(sweep, values, strict=False))
+                    registry.find(technique).parse(own_values)
                     cell = Cell(
                         scene=_label(path, labels),
                         path=path,
                         environment=_environment_label(environment),
                         environment_path=builtin.environment_path(environment) if environment else None,
                         technique=technique,
-                        parameters=dict(zip(sweep, values, strict=True)),
+                        parameters=own_values,
                         target=target,
                         forced=frozenset(choice.parameters) & set(own),
+                        defines=dict(zip(of_scene, values[len(sweep) :], strict=True)),
                     )
                     cells.setdefault(cell.id, cell)
     for name in choice.parameters:
         if cells and name not in used:
-            raise unknown("parameter", name, sorted(known), "`evalsuite list techniques`")
+            raise unknown("parameter", name, sorted(known), "`evalsuite list techniques` and `evalsuite list scenes`")
     return list(cells.values())
 
 

@@ -260,5 +260,5 @@ def _key(source: SceneSource, within_room: bool) -> str:
     bindings = {name: dict(plugin) for name, plugin in source.bindings.items()}
     room = room_path(source.path, source.defines) if within_room else None
     facts = [stamp(source.path), stamp(source.environment), source.size, bindings, source.repair_environment, stamp(room)]
-    facts.append(dict(source.defines))
+    facts += [within_room, dict(source.defines)]
     return json.dumps(facts, sort_keys=True, default=str)
