@@ -165,13 +165,13 @@ def _material(parsed: ParsedScene, shape: int, shape_name: str, bsdf: Any, mater
     nodes = parsed.children(shape, "BSDF")
     node = nodes[0] if nodes else None
     name = parsed.nodes[node].props.id() if node is not None else f"diffuse of {shape_name}"
-    if node is not None and name not in parsed.named:
-        # A generated name says less than the one the author gave to what is inside.
-        wrapped = node
-        while name not in parsed.named and parsed.plugin(wrapped) in WRAPPERS:
-            wrapped = parsed.children(wrapped, "BSDF")[0]
-            inner = parsed.nodes[wrapped].props.id()
-            name = inner if inner in parsed.named else name
+    wrapped = node
+    while wrapped is not None and parsed.plugin(wrapped) in WRAPPERS and name != SUBJECT:
+        wrapped = parsed.children(wrapped, "BSDF")[0]
+        inner = parsed.nodes[wrapped].props.id()
+        # A generated name says less than the one the author gave to what is inside; reports look for the subject.
+        if inner == SUBJECT or (inner in parsed.named and name not in parsed.named):
+            name = inner
     for i, known in enumerate(materials):
         if known.id == name:
             return i
