@@ -1,7 +1,8 @@
 """Integrator plugin `lookup`: what a map that belongs to the viewer holds for the first hit, looked up exactly.
 
 The truth for non-photorealistic maps: Mitsuba's shading normal, the sphere-map coordinates p of it, and the map itself as a
-function, without texels or MIP levels. Materials other than `npr` are black; rays that miss see the environment.
+function, without texels or MIP levels. Materials other than `npr` are black; rays that miss see the environment. A scene
+without any `npr` raises EvalsuiteError.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from evalsuite.errors import EvalsuiteError
 from evalsuite.reference.bsdfs.npr import ATTRIBUTE, FOOTPRINT, LOCAL_VIEWER
 
 #: Offset of the neighbouring rays over which p is differentiated [pixels]: small beside a triangle, large beside float32's steps.
@@ -38,6 +40,10 @@ def define_lookup() -> type:
 
     class Lookup(mi.SamplingIntegrator):
         def sample(self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> tuple:
+            if not any(dr.any(shape.bsdf().has_attribute(ATTRIBUTE)) for shape in scene.shapes()):
+                raise EvalsuiteError(
+                    "target lookup", "a scene without an `npr` material", "one to look up", "choose another target"
+                )
             sensor = scene.sensors()[0]
             to_world = sensor.world_transform()
             left, up, ahead = (dr.normalize(to_world @ mi.Vector3f(*axis)) for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
