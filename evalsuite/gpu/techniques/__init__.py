@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from evalsuite.gpu.techniques import (
+    acquire,
     brute_force,
     diffuse_map,
     diffuse_sh9,
+    diffuse_sh9_windowed,
     diffuse_topmip,
     fresnel_add,
     fresnel_blend,
@@ -25,6 +27,7 @@ from evalsuite.gpu.techniques import (
     npr_hatching,
     npr_silhouette,
     npr_sketch,
+    split_sum,
 )
 from evalsuite.gpu.techniques.base import Technique
 
@@ -46,10 +49,13 @@ TECHNIQUES: Mapping[str, Technique] = {
         fresnel_blend.TECHNIQUE,
         kautz_combined.TECHNIQUE,
         mcguire_combined.TECHNIQUE,
+        acquire.TECHNIQUE,
         npr_sketch.TECHNIQUE,
         npr_cool_warm.TECHNIQUE,
         npr_silhouette.TECHNIQUE,
         npr_hatching.TECHNIQUE,
+        split_sum.TECHNIQUE,
+        diffuse_sh9_windowed.TECHNIQUE,
         brute_force.TECHNIQUE,
     )
 }
