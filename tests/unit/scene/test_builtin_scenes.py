@@ -10,8 +10,8 @@ import pytest
 
 from evalsuite.scene.builtin import list_scenes, scene_path, scenes_directory
 
-NAMES = ("sphere", "sphere72", "torus", "teapot", "organic", "still-life")
-ROOMS = ("office", "cathedral")
+NAMES = ("sphere", "sphere72", "torus", "teapot", "organic", "still-life", "near-field", "crate")
+ROOMS = ("office", "cathedral", "studio")
 
 
 @pytest.fixture(scope="module")

@@ -258,7 +258,7 @@ def test_a_shape_without_a_bsdf_is_mitsubas_grey(tmp_path):
     ("bsdf", "reason"),
     [
         ('<bsdf type="dielectric"/>', "no such BSDF"),
-        ('<bsdf type="plastic"/>', "no such BSDF"),
+        ('<bsdf type="thindielectric"/>', "no such BSDF"),
         ('<bsdf type="principled"/>', "no such BSDF"),
         ('<bsdf type="mask"><bsdf type="diffuse"/></bsdf>', "no such BSDF"),
         ('<bsdf type="diffuse"><texture type="checkerboard" name="reflectance"/></bsdf>', "textured reflectance"),
