@@ -260,3 +260,21 @@ def test_traverse_changes_the_value():
 def test_bad_parameters(plugin, message):
     with pytest.raises((EvalsuiteError, RuntimeError), match=message):
         mi.load_dict(plugin)
+
+
+def test_mitsubas_plastic_is_no_truth_for_dense_coats():
+    """Why `fresnel-blend` refuses plastic beyond η = 2.5: Mitsuba's fit of the internal reflection, and its albedo, fail."""
+    cosine = (np.arange(20000) + 0.5) / 20000
+
+    def fit_and_quadrature(eta):
+        text = str(mi.load_dict({"type": "plastic", "int_ior": eta, "ext_ior": 1.0}))
+        fit = float(text.split("fdr_int = ")[1].split(",")[0])
+        return fit, 2 * np.mean(cosine * fresnel.fresnel_dielectric(cosine, 1 / eta))
+
+    for eta in (1.33, 1.5, 2.0, 2.5):
+        fit, exact = fit_and_quadrature(eta)
+        assert 1 - fit == pytest.approx(1 - exact, rel=0.045)
+    fit, exact = fit_and_quadrature(4.0)
+    assert fit > 1 > 0.97 > exact
+    dense, _ = worker.albedo({"type": "plastic", "int_ior": 4.0, "ext_ior": 1.0}, [1.0], 2**14)
+    assert dense.max() < 0

@@ -11,7 +11,7 @@ from evalsuite.reference import worker
 from evalsuite.reference.integrators import TARGETS
 from evalsuite.scene.model import SceneSource
 
-LIT = [target for target in TARGETS if target != "lookup"]  # which no light reaches
+LIT = [t.id for t in TARGETS.values() if t.id != "lookup" and not t.within_room]  # those that the scene's own emitters light
 PASSES = 8
 TILT = 35.0  # between the plane's normal and the view, hence the mirrored view too
 
