@@ -130,8 +130,8 @@ def advance(source: SceneSource, target: str, state: RenderState | None, passes:
     state: None to start. seed: of the run; a state keeps its own. Raises EvalsuiteError for a scene that cannot be loaded,
     an unknown target, or samples that are NaN or Inf (never swept away).
     """
+    loaded = load_cached(source, target in TARGETS and TARGETS[target].within_room)
     chosen = integrator(target)
-    loaded = load_cached(source, TARGETS[target].within_room)
     width, height = loaded.scene.camera.size
     if state is None:
         state = fresh(source, seed)

@@ -13,7 +13,7 @@ from evalsuite.reference import worker
 from evalsuite.reference.integrators import TARGETS
 from evalsuite.scene.model import SceneSource
 
-LIT = [target for target in TARGETS if target != "lookup"]  # which no light reaches
+LIT = [t.id for t in TARGETS.values() if t.id != "lookup" and not t.within_room]  # those that the scene's own emitters light
 
 SENSOR = """<sensor type="perspective"><float name="fov" value="25"/>
   <transform name="to_world"><lookat origin="1,2,6" target="0,0,0" up="0,1,0"/></transform>
