@@ -73,9 +73,9 @@ def matched_radius(face_size: int) -> float:
 
 
 def subsamples(size: int, border: float, spacing: float) -> NDArray[np.int64]:
-    """Sub-samples a side for each texel, (n, n), powers of two: so many that they lie at most 0.4 of `spacing` [rad] of the
-    source apart along the radius, where a texel spans from 2/R at the centre to 2√(2/R) [rad] on the rim. At least 2 (1 in a
-    constant map), at most 64."""
+    """Sub-samples a side for each texel, (n, n), one of a few numbers: so many that they lie at most 0.4 of `spacing` [rad] of
+    the source apart along the radius, where a texel spans from 2/R at the centre to 2√(2/R) [rad] on the rim. At least 2 (1 in
+    a constant map), at most 64."""
     if not np.isfinite(spacing):
         return np.ones((size, size), dtype=np.int64)
     radius = 0.5 * size - border
@@ -84,8 +84,8 @@ def subsamples(size: int, border: float, spacing: float) -> NDArray[np.int64]:
     reach = 0.5 * np.sqrt(2.0) / radius  # half a texel's diagonal
     outer, inner = np.minimum(rho + reach, 1.0), np.minimum(np.maximum(rho - reach, 0.0), 1.0)
     span = 2.0 * (np.arcsin(outer) - np.arcsin(inner))
-    needed = np.clip(span / np.sqrt(2.0) / (0.4 * spacing), 2.0, 64.0)
-    return 1 << np.ceil(np.log2(needed) - 1e-9).astype(np.int64)
+    steps = np.array([2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64])
+    return steps[np.searchsorted(steps, np.clip(span / np.sqrt(2.0) / (0.4 * spacing), 2.0, 64.0) - 1e-9)]
 
 
 def resample(lookup: Lookup, size: int, border: float, counts: ArrayLike, wanted: ArrayLike | None = None) -> Float:
