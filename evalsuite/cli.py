@@ -25,7 +25,7 @@ app = typer.Typer(
     help="How wrong is a real-time lighting approximation, where and why: GPU pictures beside Mitsuba 3 ground truth.",
 )
 env_app = typer.Typer(no_args_is_help=True, help="Environment maps: list, inspect, make.")
-list_app = typer.Typer(no_args_is_help=True, help="What there is: scenes, techniques, targets, reports.")
+list_app = typer.Typer(no_args_is_help=True, help="What there is: scenes, techniques, targets, reports, figures.")
 cache_app = typer.Typer(no_args_is_help=True, help="The store of rendered pictures.")
 app.add_typer(env_app, name="env")
 app.add_typer(list_app, name="list")
@@ -85,6 +85,16 @@ def _size(text: str | None) -> tuple[int, int] | None:
     if len(parts) != 2 or not all(p.isdigit() and 1 <= int(p) <= 16384 for p in parts):
         raise EvalsuiteError(f"--size {text}", "no size", "WxH in pixels, 1 to 16384 each, as 256x256")
     return int(parts[0]), int(parts[1])
+
+
+def _direction(option: str, text: str) -> tuple[float, float, float]:
+    try:
+        x, y, z = (float(part) for part in text.replace(",", " ").split())
+    except ValueError:
+        x = y = z = 0.0
+    if not 0.0 < x * x + y * y + z * z < float("inf"):
+        raise EvalsuiteError(f"{option} {text}", "no direction", "three numbers, not all 0, as '0 0 1'")
+    return x, y, z
 
 
 def _error(quality: str | None, target_error: float | None) -> tuple[float, int]:
@@ -307,6 +317,28 @@ def compare(
         print(output)
 
 
+@app.command()
+def figures(
+    ids: Annotated[
+        list[str] | None, typer.Argument(metavar="[ID]…", help="Ids from `evalsuite list figures`; default: all.")
+    ] = None,
+    out_dir: Annotated[Path, typer.Option("--out", help="Folder for ID.png, ID.pdf and ID.json.")] = Path(
+        "reports/build/figures"
+    ),
+    as_json: Json = False,
+) -> None:
+    """Draw the papers' figures, with the measured numbers beside."""
+    from evalsuite.commands import make_figures
+
+    with err.status("drawing"):
+        made = make_figures(ids or [], out_dir)
+    if as_json:
+        _print_json([numbers for _, numbers in made])
+        return
+    for paths, _ in made:
+        print(*paths, sep="\n")
+
+
 @app.command("open")
 def open_page(report: Annotated[str, typer.Argument(help="Report name or output folder.")] = "accuracy") -> None:
     """Open a report's page in the browser."""
@@ -379,6 +411,15 @@ def list_targets(as_json: Json = False) -> None:
     _print_json(rows) if as_json else _print_table(rows, ["name", "description"])
 
 
+@list_app.command("figures")
+def list_figures(as_json: Json = False) -> None:
+    """The papers' figures that `evalsuite figures` draws."""
+    from evalsuite.report.figures import FIGURES
+
+    rows = [{"id": f.id, "paper": f.paper, "title": f.title} for f in FIGURES.values()]
+    _print_json(rows) if as_json else _print_table(rows, ["id", "title", "paper"])
+
+
 @list_app.command("reports")
 def list_reports(as_json: Json = False) -> None:
     """Report definitions."""
@@ -406,6 +447,38 @@ def env_info(file: Annotated[str, typer.Argument(help="Lat-long .exr/.hdr, or a 
 
     facts = environment_facts(file)
     _print_json(facts) if as_json else _print_table([{"": k, "value": v} for k, v in facts.items()], ["", "value"])
+
+
+@env_app.command("convert")
+def env_convert(
+    file: Annotated[str, typer.Argument(help="Environment map (.exr, .hdr), or a name.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="EXR file to write; its header says which layout it has.")],
+    to: Annotated[str, typer.Option(help="latlong, cube, paraboloid or sphere.")],
+    origin: Annotated[
+        str | None, typer.Option("--from", help="The same of FILE, where its header and shape do not tell.")
+    ] = None,
+    size: Annotated[
+        int | None, typer.Option(help="Width of the lat-long, of a cube face, of one paraboloid map, of the sphere map [texels].")
+    ] = None,
+    view: Annotated[str, typer.Option(metavar="'X Y Z'", help="Direction to the viewer of a sphere map.")] = "0 0 1",
+    repair_env: RepairEnv = False,
+    as_json: Json = False,
+) -> None:
+    """Convert between lat-long, cube, dual paraboloid and sphere map; prints what that did to the energy."""
+    from evalsuite.commands import convert_environment
+
+    _require_exr(output)
+    with err.status(f"converting {escape(file)}"):
+        facts = convert_environment(file, output, to, origin, size, _direction("--view", view), repair_env)
+    for note in facts["notes"]:
+        err.print(f"warning: {escape(file)}: {escape(note)}", style="yellow", highlight=False, soft_wrap=True)
+    if as_json:
+        _print_json(facts)
+        return
+    residual = max(facts["energy_residual"], key=abs)
+    print(f"{facts['output']}  {facts['to']}, {facts['width']} × {facts['height']} texels, from {facts['from']}, "
+          f"{facts['from_width']} × {facts['from_height']}")  # fmt: skip
+    print("mean radiance " + " ".join(f"{x:.6g}" for x in facts["mean_radiance_after"]) + f", energy changed by {residual:+.1e}")
 
 
 @env_app.command("make")

@@ -129,6 +129,15 @@ def _compare_files(image: Path, reference: Path, standard_error: Path | None, ma
     return result.to_json()
 
 
+def make_figures(ids: list[str], directory: Path) -> list[tuple[list[Path], dict]]:
+    """Draw figures of the papers into `directory`; paths and measured numbers of each. Raises EvalsuiteError."""
+    from evalsuite.report import figures
+
+    chosen = figures.choose(ids)
+    store_results.prepare(directory)
+    return [figures.make(figure, directory) for figure in chosen]
+
+
 def examine() -> dict:
     """What `doctor` says: {"checks": [{name, ok, text, fix}], "gl": …, "mitsuba": …}."""
     checks: list[dict] = []
@@ -228,6 +237,52 @@ def _environment_facts(path: Path) -> dict:
         "brightest_direction": [round(float(c), 4) for c in np.ravel(direction)],
         "solid_angle_of_half_the_power_sr": float(omega.ravel()[order[: half + 1]].sum()),
         "notes": [*environment.notes, *environment.remarks],
+    }
+
+
+def convert_environment(
+    name: str, output: Path, to: str, origin: str | None, size: int | None, view: tuple[float, float, float], repair: bool
+) -> dict:
+    """Write a map in another representation; facts of both: sizes, mean radiance, what the conversion did to the energy."""
+    from evalsuite.image import environment_maps as maps
+    from evalsuite.plan import unknown
+    from evalsuite.scene.environment import clean_environment
+
+    for option, value in (("--to", to), ("--from", origin)):
+        if value is not None and value not in maps.REPRESENTATIONS:
+            raise unknown(option, value, maps.REPRESENTATIONS, "`evalsuite env convert --help`")
+    largest = {"latlong": 16384, "cube": 4096, "paraboloid": 8192, "sphere": 8192}[to]
+    if size is not None and (not maps.SMALLEST[to] <= size <= largest or size % 2):
+        raise EvalsuiteError("--size", f"{size}", f"an even number from {maps.SMALLEST[to]} to {largest} for --to {to}")
+    path = builtin.environment_path(name)
+    header = exr.read_header(path) if path.suffix.lower() == ".exr" else {}
+    cleaned = clean_environment(exr.read(path), str(path), repair)
+    height, width = cleaned.radiance.shape[:2]
+    kind = origin or maps.recognise(cleaned.radiance, header)
+    if kind is None:
+        raise EvalsuiteError(
+            path, f"{width} × {height} texels", "a 2:1 lat-long map or a 6:1 strip of cube faces", "say what it is with --from"
+        )
+    source = maps.REPRESENTATIONS[kind].from_picture(cleaned.radiance, header)
+    made = maps.convert(source, to, size, view)
+    picture, attributes = made.picture()
+    exr.write(output, picture, attributes)
+    before, after = source.integral(), made.integral()
+    residual = np.divide(after, before, out=np.ones(3), where=before > 0) - 1.0
+    return {
+        "file": str(path),
+        "from": kind,
+        "from_width": width,
+        "from_height": height,
+        "output": str(output),
+        "to": to,
+        "width": picture.shape[1],
+        "height": picture.shape[0],
+        "header": attributes,
+        "mean_radiance_before": [float(x) for x in before / (4.0 * np.pi)],
+        "mean_radiance_after": [float(x) for x in after / (4.0 * np.pi)],
+        "energy_residual": [float(x) for x in residual],
+        "notes": [*cleaned.notes, *cleaned.remarks],
     }
 
 

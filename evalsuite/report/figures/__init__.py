@@ -1,0 +1,68 @@
+"""The papers' figures: one visible table. matplotlib is imported when a figure is drawn, not before."""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from evalsuite.errors import EvalsuiteError
+from evalsuite.image.files import replacing
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure of a paper. id: <paper>-fig<number>. title: what it shows. module: in this folder; `data()` computes what is
+    shown, (arrays and plain values, with `measured` for the JSON file), `draw(data)` returns a matplotlib Figure."""
+
+    id: str
+    paper: str
+    title: str
+    module: str
+
+
+_NOTES = "Heidrich: Environment Maps and Their Applications (course notes), Fig 4"
+_HS98 = "Heidrich and Seidel: View-Independent Environment Maps, 1998, Fig 3"
+
+FIGURES: Mapping[str, Figure] = {
+    figure.id: figure
+    for figure in (
+        Figure("001-fig4", _NOTES, "Sampling rates of sphere, cube and dual paraboloid maps over direction", "sampling_rates"),
+        Figure(
+            "002-fig3", _HS98, "Solid angle of a paraboloid map's texel over the angle from the viewing direction", "paraboloid"
+        ),
+    )
+}
+
+
+def choose(ids: Sequence[str]) -> list[Figure]:
+    """The named figures, all where none is named. Raises EvalsuiteError for an unknown id."""
+    for name in ids:
+        if name not in FIGURES:
+            near = difflib.get_close_matches(name, list(FIGURES), n=1)
+            hint = f"did you mean '{near[0]}'? " if near else ""
+            raise EvalsuiteError(
+                f"figure '{name}'", "no such id", f"one of {', '.join(FIGURES)}", f"{hint}See `evalsuite list figures`"
+            )
+    return [FIGURES[name] for name in ids] or list(FIGURES.values())
+
+
+def make(figure: Figure, directory: Path) -> tuple[list[Path], dict]:
+    """Compute and draw a figure: <id>.png, <id>.pdf and <id>.json, the measured numbers, into `directory` (made where it is not
+    there). Returns the paths and the numbers. Raises EvalsuiteError for a folder that cannot be written."""
+    module = importlib.import_module(f"{__name__}.{figure.module}")
+    data = module.data()
+    numbers = {"id": figure.id, "paper": figure.paper, "title": figure.title, **data["measured"]}
+    drawing = module.draw(data)
+    paths = [directory / f"{figure.id}.{kind}" for kind in ("png", "pdf", "json")]
+    for path in paths[:2]:
+        # Without dates a figure drawn again is the same file.
+        metadata = {"Title": figure.title} | ({"CreationDate": None} if path.suffix == ".pdf" else {"Software": None})
+        with replacing(path) as place:
+            drawing.savefig(place, format=path.suffix[1:], dpi=200, metadata=metadata)
+    with replacing(paths[2]) as place:
+        place.write_text(json.dumps(numbers, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    return paths, numbers
