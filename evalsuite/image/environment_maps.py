@@ -250,6 +250,8 @@ def recognise(picture: NDArray, header: Header) -> str | None:
     height, width = picture.shape[:2]
     if width == 6 * height:
         return Cube.name
+    if width == height == 1:
+        return LatLong.name  # a constant
     return LatLong.name if 1.5 <= width / height <= 2.5 else None
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from evalsuite.errors import EvalsuiteError
+from evalsuite.image.environment_maps import LAYOUT
 from evalsuite.math.sphere import latlong_lookup
 from evalsuite.scene.model import Environment
 
@@ -115,6 +116,10 @@ def _read_exr(path: Path) -> NDArray[np.float32]:
                 (x0, y0), (x1, y1) = (tuple(int(i) for i in corner) for corner in header["dataWindow"])
                 _check_size(path, x1 - x0 + 1, y1 - y0 + 1)
                 kind = str(header.get("type", ""))
+                layout = header.get(LAYOUT, "latlong")
+                if layout != "latlong":
+                    fix = f"`evalsuite env convert {path} -o latlong.exr --to latlong`"
+                    raise EvalsuiteError(path, f"a {layout} map", WANTED, fix)
                 if "deep" in kind.lower():
                     raise EvalsuiteError(path, "a deep OpenEXR picture", WANTED, "flatten it first")
             with OpenEXR.File(str(path), separate_channels=True) as file:
