@@ -16,7 +16,9 @@ def reflection(
     """At pixel centres: r (H, W, 3) world, λ (H, W) for a cubemap with faces face_size² before any bias, and the (H, W) mask
     of pixels that show one of `materials` (indices into Scene.materials) from a lit side."""
     stage = Stage(scene)
-    program = programs.program((programs.part("surface.vert"),), (programs.part("reflection.frag"),))
+    program = programs.program(
+        (programs.part("surface.vert"),), (programs.part("library/face_lod.glsl"), programs.part("reflection.frag"))
+    )
     draws = [
         [Draw(program, {"two_sided": m.two_sided, "scored": float(i in materials), "env_face_size": float(face_size)})]
         for i, m in enumerate(scene.materials)

@@ -6,6 +6,7 @@ therefore matched over a picture: mean λ + b = the level whose mean texel has t
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,7 +28,7 @@ def fill(scene: Scene, settings: Settings, technique: Technique | None = None) -
     """face_size, and whichever of bias and exponent is open from the other. technique: whose picture (this one's)."""
     filled = common.fill_face_size(scene, settings)
     face_size = filled.get("face_size", settings["face_size"])
-    _, lod, mask = _reflection(scene, face_size, technique)
+    _, lod, mask = subject_reflection(scene, face_size, technique)
     mean = float(lod[mask].mean(dtype=np.float64)) if mask.any() else 0.0
     if "bias" not in settings["given"]:
         filled["bias"] = float(phong.exponent_to_lod(settings["exponent"], face_size)) - mean
@@ -36,7 +37,7 @@ def fill(scene: Scene, settings: Settings, technique: Technique | None = None) -
     return filled
 
 
-def _reflection(scene: Scene, face_size: int, technique: Technique | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def subject_reflection(scene: Scene, face_size: int, technique: Technique | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """r, λ and mask over the subject, whatever its BSDF is now; without a subject over what the technique stands for."""
     from evalsuite.gpu.reflection import reflection
 
@@ -50,22 +51,30 @@ def uniforms(material: Material, settings: Settings) -> dict[str, object]:
 
 
 def fit(scene: Scene, env: GpuEnvironment, settings: Settings, technique: Technique | None = None) -> dict[str, float] | None:
+    """The Phong exponent that comes nearest to what the look-up at λ + b returned: see `fit_look_up`."""
+    sampler = env.cube(settings["face_size"]).sampler
+    return fit_look_up(scene, env, settings, lambda r, lod: sampler.lookup(r, lod + settings["bias"]), technique)
+
+
+def fit_look_up(
+    scene: Scene, env: GpuEnvironment, settings: Settings, look_up: Callable[[Float, Float], Float], technique: Technique | None
+) -> dict[str, float] | None:
     """The Phong exponent whose unclipped lobe about r comes nearest to what the look-up returned, in the least squares of
     radiance over at most 800 pixels: {exponent, rel_rmse (of the mean look-up), pixels, mean_lambda}. None under a constant
-    map, which every lobe fits."""
-    direction, lod, mask = _reflection(scene, settings["face_size"], technique)
+    map, which every lobe fits. look_up: r (P, 3), λ (P,) → radiance (P, 3)."""
+    direction, lod, mask = subject_reflection(scene, settings["face_size"], technique)
     pixels = np.flatnonzero(mask)
     if not len(pixels):
         return None
     pixels = pixels[np.unique(np.linspace(0, len(pixels) - 1, _FIT_PIXELS).astype(int))]
     r = direction.reshape(-1, 3)[pixels].astype(np.float64)
     r /= np.linalg.norm(r, axis=-1, keepdims=True)
-    sampler = env.cube(settings["face_size"]).sampler
-    looked_up = sampler.lookup(r, lod.ravel()[pixels].astype(np.float64) + settings["bias"])
+    looked_up = look_up(r, lod.ravel()[pixels].astype(np.float64))
     mean = looked_up.mean()
     if mean <= 0 or looked_up.std(axis=0).max() < 1e-4 * mean:
         return None
-    return {**fit_exponent(sampler, r, looked_up), "pixels": len(pixels), "mean_lambda": float(lod[mask].mean())}
+    found = fit_exponent(env.cube(settings["face_size"]).sampler, r, looked_up)
+    return {**found, "pixels": len(pixels), "mean_lambda": float(lod[mask].mean())}
 
 
 def fit_exponent(sampler: cubemap.SeamlessCube, r: Float, looked_up: Float) -> dict[str, float]:

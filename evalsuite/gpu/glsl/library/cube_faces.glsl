@@ -7,3 +7,12 @@ const vec3 T[6] = vec3[6](vec3(0, -1, 0), vec3(0, -1, 0), vec3(0, 0, 1), vec3(0,
 vec3 face_direction(int face, vec2 ab) {
     return AXIS[face] + ab.x * S[face] + ab.y * T[face];
 }
+
+// The texel (column, row, face) of faces width² that a direction meets: math.cubemap.direction_to_face.
+ivec3 face_texel(vec3 d, int width) {
+    vec3 m = abs(d);
+    int axis = m.x >= m.y && m.x >= m.z ? 0 : (m.y >= m.z ? 1 : 2);
+    int face = 2 * axis + int(d[axis] < 0.0);
+    vec2 st = 0.5 * vec2(dot(d, S[face]), dot(d, T[face])) / m[axis] + 0.5;
+    return ivec3(min(ivec2(st * float(width)), width - 1), face);
+}
