@@ -84,7 +84,7 @@ def target_bsdf(settings: Settings) -> dict[str, object]:
         "int_ior": float(fresnel.normal_reflectance_to_eta(red)),
         "ext_ior": 1.0,
         "alpha": float(phong.exponent_to_alpha(phong.phong_to_half_vector_exponent(settings["exponent"]))),
-        "distribution": "ggx",
+        "distribution": "beckmann",
         "diffuse_reflectance": settings["diffuse_reflectance"],
     }
 
