@@ -19,7 +19,7 @@ from evalsuite.compare.certificate import certify
 from evalsuite.compare.mask import whole_pixels
 from evalsuite.execute.local import Workers
 from evalsuite.gpu.plan import plan
-from evalsuite.gpu.techniques.base import Technique
+from evalsuite.gpu.techniques.base import LOOKUP, Technique
 from evalsuite.image import exr
 from evalsuite.image.color import luminance
 from evalsuite.plan import QUALITY
@@ -157,7 +157,7 @@ class Steps:
     def certificate(self, source: SceneSource) -> dict:
         """Scene-equivalence certificate: what the GPU side sees of a scene against what Mitsuba sees."""
         source = replace(source, bindings={})
-        code = source_digest("gpu/*.py", "gpu/glsl", "reference/gbuffer.py", "compare/certificate.py")
+        code = source_digest("gpu/*.py", "gpu/glsl/*.*", "reference/gbuffer.py", "compare/certificate.py")
         key = digest([self.fingerprint(source), self.host()["gl_renderer"], self.settings.supersample, code])
 
         def make() -> tuple[Path, dict]:
@@ -235,7 +235,8 @@ class Steps:
         """Mitsuba picture: reference.exr, standard_error.exr, halves.npz; meta: samples, reached error, seconds."""
         settings = self.settings
         plan = {"target": target, "target_error": settings.target_error, "cap": settings.cap, "seed": seed}
-        key = digest([self.fingerprint(source), plan, source_digest("reference", "compare/mask.py")])
+        formulas = ("math/npr.py",) if target == LOOKUP else ()
+        key = digest([self.fingerprint(source), plan, source_digest("reference", "compare/mask.py", *formulas)])
 
         def make() -> tuple[Path, dict]:
             self.model(source)  # a scene that does not load says so in its own words
