@@ -55,7 +55,8 @@ def require_same(technique: str, material: Material, settings: Settings, names: 
     read = {"alpha": alpha, "distribution": distribution}
     for name in names:
         own = read[name](material.parameters) if name in read else common.colour(material, name, settings[name])
-        if not np.all(np.asarray(own) == np.asarray(settings[name])):
+        same = own == settings[name] if isinstance(own, str) else np.allclose(own, settings[name], rtol=1e-6)  # Mitsuba: float32
+        if not same:
             raise EvalsuiteError(
                 material.location or f"{technique}, material {material.id}",
                 f"{name} {own}",
