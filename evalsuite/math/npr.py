@@ -23,8 +23,9 @@ STYLES = ("sketch", "cool-warm", "silhouette", "hatching")
 VIEWERS = ("distant", "local")
 
 #: sketch: a square room with a window in each wall, turned about the vertical [degrees]; half the width and height of a window,
-#: half the thickness of its bars, all over the distance to the wall.
-ROOM_TURN, WINDOW, BAR = 25.0, (0.62, 0.72), 0.055
+#: its middle above the eye, half the thickness of its bars, all over the distance to the wall. Straight behind lies a pane: the
+#: whole rim of the map is that direction, and MIP levels would carry a bar's black inwards.
+ROOM_TURN, WINDOW, RAISED, BAR = 25.0, (0.62, 0.66), 0.2, 0.055
 #: cool-warm: its two colours; in the map, towards the light; centre of the white circle along it, its radius, and the blur σ, in
 #: radii of the map.
 COOL, WARM = (0.05, 0.08, 0.35), (0.7, 0.5, 0.08)
@@ -70,7 +71,7 @@ def window_bars(p: Float) -> NDArray[np.bool_]:
     turn = np.radians(ROOM_TURN)
     x, z = np.abs(np.cos(turn) * x - np.sin(turn) * z), np.abs(np.sin(turn) * x + np.cos(turn) * z)
     wall = np.maximum(x, z)
-    across, up = np.minimum(x, z) / wall, np.abs(y) / wall
+    across, up = np.minimum(x, z) / wall, np.abs(y / wall - RAISED)
     inside = (across < WINDOW[0] + BAR) & (up < WINDOW[1] + BAR)
     bar = (np.minimum(across, np.abs(across - WINDOW[0])) < BAR) | (np.minimum(up, np.abs(up - WINDOW[1])) < BAR)
     return inside & bar

@@ -103,7 +103,7 @@ def _window_bars(p: Any) -> Any:
     sine, cosine = math.sin(math.radians(npr.ROOM_TURN)), math.cos(math.radians(npr.ROOM_TURN))
     x, z = dr.abs(cosine * x - sine * z), dr.abs(sine * x + cosine * z)
     wall = dr.maximum(x, z)
-    across, up = dr.minimum(x, z) / wall, dr.abs(y) / wall
+    across, up = dr.minimum(x, z) / wall, dr.abs(y / wall - npr.RAISED)
     inside = (across < npr.WINDOW[0] + npr.BAR) & (up < npr.WINDOW[1] + npr.BAR)
     bar = dr.minimum(across, dr.abs(across - npr.WINDOW[0])) < npr.BAR
     return inside & (bar | (dr.minimum(up, dr.abs(up - npr.WINDOW[1])) < npr.BAR))
