@@ -7,11 +7,14 @@ from numpy.typing import NDArray
 
 
 def subsample_offsets(k: int) -> NDArray[np.float64]:
-    """(k, k, 2) places (x, y) of k × k samples within a texel, indexed [j, i]: **((i + (j + ½)/k)/k, (j + (i + ½)/k)/k)**.
+    """(k², 2) places (x, y) of k × k samples within a texel, k a power of two: with n = k², sample s lies at
+    **((s + ½)/n, (s̄ + ½)/n)**, s̄ the bits of s reversed (Hammersley's points, a (0, m, 2)-net).
 
-    One in each cell of the grid and one in each of k² rows and columns (the canonical arrangement of multi-jittered sampling,
-    Chiu, Shirley, Wang 1994): an edge along an axis is placed to 1/k² of a texel. With a plain grid the flux of a lamp whose
-    edges run along the texels errs by several per cent.
+    Each of n rows and n columns has one, and so has each box of area 1/n whose sides are powers of two: an edge along an axis
+    is placed to 1/n of a texel. With a plain grid the flux of a lamp whose edges run along the texels errs by several per cent.
     """
-    j, i = np.meshgrid(np.arange(k), np.arange(k), indexing="ij")
-    return np.stack([i + (j + 0.5) / k, j + (i + 0.5) / k], axis=-1) / k
+    n = k * k
+    bits = n.bit_length() - 1
+    s = np.arange(n)
+    reversed_bits = sum(((s >> bit) & 1) << (bits - 1 - bit) for bit in range(bits))
+    return (np.stack([s, reversed_bits + 0 * s], axis=-1) + 0.5) / n

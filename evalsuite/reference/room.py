@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from evalsuite.errors import EvalsuiteError
 from evalsuite.math import cubemap, mesh_colors
@@ -19,8 +19,8 @@ from evalsuite.scene.room import load_room, room_triangles, within_room
 SPACING = 1.0 / 32.0
 #: Triangles beyond which a bake would take minutes.
 MAX_TRIANGLES = 100_000
-#: Baking stops when the samples' standard error, on average, is this part of their radiance, or at MAX_SPP paths each.
-BAKE_ERROR, MAX_SPP = 0.015, 1024
+#: Baking stops when the samples' standard error, on average, is this part of the radiance they reflect, or at MAX_SPP paths.
+BAKE_ERROR, MAX_SPP = 0.03, 1024
 #: Paths of one batch, on STRATA × STRATA cells; batches are independent, and their scatter is the standard error.
 STRATA, MIN_BATCHES = 4, 8
 
@@ -66,18 +66,20 @@ def bake(source: SceneSource) -> Room:
     radiance, emission, reflectance = (np.zeros((len(points), 3), np.float32) for _ in range(3))
     offset = 1e-4 * extent
     origin, direction = mi.Point3f((points[used] + offset * normals[used]).T), mi.Vector3f(-normals[used].T)
+    count = int(used.sum())
+    si = scene.ray_intersect(mi.Ray3f(origin, direction))
+    emission[used] = _rows(si.emitter(scene).eval(si), count)
+    reflectance[used] = _rows(si.bsdf().eval_diffuse_reflectance(si), count)
     integrator = mi.load_dict({"type": "path", "max_depth": -1})
-    mean, error, spp = _average(
+    radiance[used], error, spp = _average(
         lambda sampler, cell: integrator.sample(scene, sampler, mi.RayDifferential3f(origin, direction))[0],
-        int(used.sum()),
+        count,
         BAKE_ERROR,
         MAX_SPP,
+        emission[used],
     )
-    radiance[used] = mean
-    si = scene.ray_intersect(mi.Ray3f(origin, direction))
-    emission[used] = _rows(si.emitter(scene).eval(si), int(used.sum()))
-    reflectance[used] = _rows(si.bsdf().eval_diffuse_reflectance(si), int(used.sum()))
-    relative = float(error.mean() / mean.mean()) if mean.any() else 0.0
+    reflected = float((radiance - emission)[used].mean())
+    relative = float(error.mean()) / reflected if reflected > 0 else 0.0
     return Room(corners.astype(np.float32), divisions, radiance, emission, reflectance, spp, relative)
 
 
@@ -120,10 +122,11 @@ def probe(source: SceneSource, centre: tuple[float, float, float], width: int, e
 
 
 def _average(
-    sample: Callable[[Any, Any], Any], count: int, error: float, max_spp: int
+    sample: Callable[[Any, Any], Any], count: int, error: float, max_spp: int, certain: ArrayLike = 0.0
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], int]:
     """(mean, standard error, samples) of `count` random colours each, (N, 3), until mean error / mean falls to `error`.
-    sample: of a Mitsuba sampler and the (x, y) of the cell that this sample's stratified dimensions fall in."""
+    sample: of a Mitsuba sampler and the (x, y) of the cell that this sample's stratified dimensions fall in. certain: part of
+    the colours that is known without error, and does not count in that mean."""
     import drjit as dr
     import mitsuba as mi
 
@@ -139,7 +142,8 @@ def _average(
         total, squares, batches = total + batch, squares + batch**2, batches + 1
         mean = total / batches
         deviation = np.sqrt(np.maximum(squares / batches - mean**2, 0.0) / max(batches - 1, 1))
-        enough = batches >= MIN_BATCHES and deviation.mean() <= error * mean.mean()
+        goal = max(error * (mean - certain).mean(), 1e-6 * mean.mean())  # below 1e-6 it is rounding
+        enough = batches >= MIN_BATCHES and deviation.mean() <= goal
         if enough or (batches + 1) * STRATA**2 > max_spp:
             break
     if not np.isfinite(mean).all():

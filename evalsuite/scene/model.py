@@ -151,7 +151,7 @@ class Room:
     what the GPU side draws for a probe. corners: (F, 3, 3) float32 world, counter-clockwise from the side that is seen.
     divisions: (F,) int32 cuts of each edge. radiance, emission: (S, 3) float32 [W m⁻² sr⁻¹], all of the outgoing light and
     the part that is emitted; reflectance: (S, 3) float32, diffuse; S samples, triangle after triangle. spp: paths a sample.
-    standard_error: of radiance, mean over the samples, over their mean."""
+    standard_error: of radiance, mean over the samples, over the mean that they reflect."""
 
     corners: NDArray[np.float32]
     divisions: NDArray[np.int32]

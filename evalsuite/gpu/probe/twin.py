@@ -19,10 +19,9 @@ def faces(room: Room, centre: tuple[float, float, float], width: int, subsamples
     """(6, w, w, 3) mean radiance of the room over the texels of a cubemap at centre, on the samples that the GPU takes.
 
     lit_here: light from the lamps alone, without shadows; else what was baked."""
-    offsets = subsample_offsets(subsamples).reshape(-1, 2)
     total, weight = np.zeros((6, width, width, 3)), np.zeros((width, width, 1))
     row, column = np.meshgrid(np.arange(width), np.arange(width), indexing="ij")
-    for x, y in offsets:
+    for x, y in subsample_offsets(subsamples):
         a, b = 2.0 * (column + x) / width - 1.0, 2.0 * (row + y) / width - 1.0
         omega = ((1.0 + a * a + b * b) ** -1.5)[..., None]
         weight += omega

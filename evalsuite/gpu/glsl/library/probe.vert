@@ -1,5 +1,5 @@
 // The room's triangles, once for each of six faces and k × k samples a texel, each instance into a tile of its own: tiles lie
-// side by side, sample (i, j) of a face in column i and row j of the face's k rows. A face's x runs along s, its y along t.
+// side by side, sample i + kj of a face in column i and row j of the face's k rows. A face's x runs along s, its y along t.
 in vec3 in_position;
 uniform vec3 centre;
 uniform vec2 depth_range;  // near, far
@@ -19,7 +19,7 @@ void main() {
     vec3 p = in_position - centre;
     float w = dot(AXIS[face], p);
     // The sample falls on the pixel's centre.
-    vec2 shift = 1.0 - 2.0 * subsample_offset(cell, subsamples);
+    vec2 shift = 1.0 - 2.0 * subsample_offset(gl_InstanceID % (subsamples * subsamples), subsamples);
     vec2 xy = vec2(dot(S[face], p), dot(T[face], p)) + shift / face_size * w;
     gl_ClipDistance[0] = w + xy.x;
     gl_ClipDistance[1] = w - xy.x;

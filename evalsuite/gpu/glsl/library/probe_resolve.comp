@@ -12,7 +12,7 @@ void main() {
     float weight = 0.0;
     for (int j = 0; j < subsamples; ++j) {
         for (int i = 0; i < subsamples; ++i) {
-            vec2 ab = 2.0 * (vec2(texel.xy) + subsample_offset(ivec2(i, j), subsamples)) / float(width) - 1.0;
+            vec2 ab = 2.0 * (vec2(texel.xy) + subsample_offset(j * subsamples + i, subsamples)) / float(width) - 1.0;
             float omega = pow(1.0 + dot(ab, ab), -1.5);
             sum += omega * texelFetch(drawn, texel.xy + width * ivec2(i, texel.z * subsamples + j), 0);
             weight += omega;

@@ -1,4 +1,6 @@
-// math.probe.subsample_offsets: place of sample (i, j) of k × k within its texel.
-vec2 subsample_offset(ivec2 cell, int k) {
-    return (vec2(cell) + (vec2(cell.yx) + 0.5) / float(k)) / float(k);
+// math.probe.subsample_offsets: place of sample s of k × k within its texel.
+vec2 subsample_offset(int s, int k) {
+    int n = k * k;
+    uint mirrored = bitfieldReverse(uint(s)) >> (32 - findMSB(n));
+    return (vec2(s, mirrored) + 0.5) / float(n);
 }
