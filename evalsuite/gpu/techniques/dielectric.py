@@ -10,7 +10,8 @@ import numpy as np
 
 from evalsuite.gpu.techniques import common
 from evalsuite.gpu.techniques.base import Float, Parameter, Prepared, Settings
-from evalsuite.gpu.techniques.mirror_cube import FACE_SIZE, fill
+from evalsuite.gpu.techniques.mirror import FACE_SIZE
+from evalsuite.gpu.techniques.mirror import fill_face_size as fill
 from evalsuite.math import cubemap, fresnel, phong, sh
 from evalsuite.scene.model import Environment, Material, Scene
 

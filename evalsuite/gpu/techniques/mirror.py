@@ -5,12 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from evalsuite.gpu.techniques import common
-from evalsuite.gpu.techniques.base import Float, Settings, StandsFor
+from evalsuite.gpu.techniques.base import Float, Parameter, Settings, StandsFor
 from evalsuite.math import fresnel
 from evalsuite.scene.model import Scene
 
 SPECULAR_REFLECTANCE = common.material_parameter("specular_reflectance", common.WHITE, "factor on the reflected radiance")
 STANDS_FOR = {"conductor": StandsFor("conductor as it is, Fresnel F(n·v)", common.conductor_uniforms)}
+FACE_SIZE = Parameter(
+    "face_size", None, "cubemap face width [texels]; default: the smallest power of two as wide as the map, within 16 … 1024",
+    "technique", common.FACE_SIZE.parse, common.FACE_SIZE.expected,
+)  # fmt: skip
 DISTANT = "The environment is distant and nothing occludes it."
 
 
@@ -30,3 +34,8 @@ def finest_face_size(scene: Scene) -> int:
     """Cube face width as wide as the scene's map, a power of two within 16 … 1024: a look-up then blurs it little."""
     width = 1 if scene.environment is None else scene.environment.radiance.shape[1]
     return int(np.clip(1 << (width - 1).bit_length(), 16, 1024))
+
+
+def fill_face_size(scene: Scene, settings: Settings) -> dict[str, object]:
+    """face_size where it is not given."""
+    return {} if settings["face_size"] is not None else {"face_size": finest_face_size(scene)}

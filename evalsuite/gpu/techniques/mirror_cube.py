@@ -7,7 +7,7 @@ from pathlib import Path
 from evalsuite.gpu.techniques import common, mirror
 from evalsuite.gpu.techniques.base import Float, Parameter, Settings, Technique
 from evalsuite.math import phong
-from evalsuite.scene.model import Environment, Scene
+from evalsuite.scene.model import Environment
 
 
 def twin(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
@@ -15,16 +15,6 @@ def twin(environment: Environment, normals: Float, to_view: Float, material: Set
     cube = common.twin_cube(environment, settings["face_size"])
     return mirror.factor(normals, to_view, material) * cube.bilinear(phong.reflect(to_view, normals), 0)
 
-
-def fill(scene: Scene, settings: Settings) -> dict[str, object]:
-    """face_size as wide as the map, so that a look-up blurs it little."""
-    return {} if settings["face_size"] is not None else {"face_size": mirror.finest_face_size(scene)}
-
-
-FACE_SIZE = Parameter(
-    "face_size", None, "cubemap face width [texels]; default: the smallest power of two as wide as the map, within 16 … 1024",
-    "technique", common.FACE_SIZE.parse, common.FACE_SIZE.expected,
-)  # fmt: skip
 
 TECHNIQUE = Technique(
     id="mirror-cube",
@@ -35,7 +25,7 @@ TECHNIQUE = Technique(
         mirror.SPECULAR_REFLECTANCE,
         Parameter("filter", "finest", "finest: bilinear in level 0; hardware: trilinear at the hardware's own λ", "technique",
                   common.choice("finest", "hardware"), "finest or hardware"),
-        FACE_SIZE,
+        mirror.FACE_SIZE,
     ),
     assumptions=(
         mirror.DISTANT,
@@ -48,5 +38,5 @@ TECHNIQUE = Technique(
     twin=twin,
     twin_settings={"face_size": 64},
     defines=lambda settings: {"HARDWARE_LOD": 1} if settings["filter"] == "hardware" else {},
-    fill=fill,
+    fill=mirror.fill_face_size,
 )  # fmt: skip
