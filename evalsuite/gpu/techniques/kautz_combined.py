@@ -111,7 +111,7 @@ TECHNIQUE = Technique(
         "kautz": StandsFor("f_λ and k_d as they are; N and b matched by solid angle over the picture", _uniforms),
         "roughplastic": StandsFor(
             "f_λ = ((η − 1)/(η + 1))²; N = s/4, s = 2/α² − 2, and b matched by solid angle over the picture; k_d and k_s as they "
-            "are, what happens inside the coat left out", _uniforms,
+            "are. What happens inside the coat is left out: Mitsuba's model loses the more there the larger α and η", _uniforms,
         ),
     },
     target_bsdf=target_bsdf,
