@@ -43,6 +43,16 @@ def test_a_technique_outside_the_report_runs_all_the_same(tmp_path):
     assert [c.id for c in cells] == ["torus/mirror-cube/default/unoccluded"]
 
 
+def test_a_technique_has_its_own_target_unless_report_or_user_name_one(tmp_path):
+    group = '[[group]]\nscenes = ["sphere"]\ntechniques = ["npr-sketch", "diffuse-sh9"]\n'
+    (tmp_path / "r.toml").write_text(group)
+    (tmp_path / "s.toml").write_text(group + 'targets = ["path"]\n')
+    own, named = (load_report(str(tmp_path / name)) for name in ("r.toml", "s.toml"))
+    assert [c.target for c in plan(own)] == ["lookup", "unoccluded"]
+    assert [c.target for c in plan(named)] == ["path", "path"]
+    assert [c.target for c in plan(own, Choice(targets=["direct"]))] == ["direct", "direct"]
+
+
 def test_a_scene_without_a_subject_keeps_its_materials(accuracy, tmp_path):
     """The report sweeps the exponent of its subject; a user's own materials are the truth unless he gives -p."""
     (tmp_path / "own.xml").write_text(OWN)
