@@ -131,14 +131,14 @@ def levels(style: str, parameters: Mapping[str, object], size: int, hierarchy: s
     """
 
     def draw(width: int) -> Float:
-        k = subsamples
-        if style == "silhouette":
-            k = 1 if width > 64 else 8  # the edge is sharp within a texel by itself, and straight in the larger levels
-            inside = 0.5 * width * (1.0 - np.linalg.norm(texel_positions(width, k), axis=-1)) - float(parameters["width"])
-            fine = np.repeat(np.clip(0.5 + k * inside, 0.0, 1.0)[..., None], 3, axis=-1)
-        else:
-            fine = colour(style, texel_positions(width, k), parameters)
-        return fine.reshape(width, k, width, k, 3).mean((1, 3))
+        if style != "silhouette":  # a row of texels at a time stays in the processor's caches
+            rows = texel_positions(width, subsamples).reshape(width, subsamples, width * subsamples, 2)
+            fine = [colour(style, row, parameters).reshape(subsamples, width, subsamples, 3).mean((0, 2)) for row in rows]
+            return np.stack(fine)
+        k = 1 if width > 64 else 8  # the edge is sharp within a texel by itself, and straight in the larger levels
+        inside = 0.5 * width * (1.0 - np.linalg.norm(texel_positions(width, k), axis=-1)) - float(parameters["width"])
+        share = np.clip(0.5 + k * inside, 0.0, 1.0).reshape(width, k, width, k).mean((1, 3))
+        return np.repeat(share[..., None], 3, axis=-1)
 
     out = [draw(size)]
     while out[-1].shape[0] > 1:
