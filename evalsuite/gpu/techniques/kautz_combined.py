@@ -29,8 +29,8 @@ def prepare(env: GpuEnvironment, settings: Settings, scene: Scene) -> Prepared:
 
 def fill(scene: Scene, settings: Settings) -> dict[str, object]:
     """face_size, and bias from exponent or exponent from bias as in `glossy-boxmip`; a roughplastic's α says the exponent."""
-    scored = [scene.materials[i].parameters for i in sorted(TECHNIQUE.scored_materials(scene))]
-    alphas = [p["alpha"] for p in scored if "alpha" in p and not settings["given"] & {"exponent", "bias"}]
+    first = [scene.materials[i].parameters for i in sorted(TECHNIQUE.scored_materials(scene))[:1]]
+    alphas = [p["alpha"] for p in first if "alpha" in p and not settings["given"] & {"exponent", "bias"}]
     filled = {"exponent": _exponent(alphas[0])} if alphas else {}
     return filled | glossy_boxmip.fill(scene, {**settings, **filled}, TECHNIQUE)
 
@@ -103,7 +103,9 @@ TECHNIQUE = Technique(
         *(p for p in glossy_boxmip.TECHNIQUE.parameters if p.name in ("exponent", "bias", "face_size")),
     ),
     assumptions=(
-        "F(n·v) outside the integral stands for F at each half vector: exact for a narrow lobe alone.",
+        "F(n·v) outside the integral stands for F at each half vector: exact for a narrow lobe alone. For f_λ = 0.03 at "
+        "n·v = 0.15 the lobe's mean of F(h·v) is 27 % less at N = 20, 0.3 % less at N = 500; kautz takes F outside as the paper "
+        "does, roughplastic inside.",
         "Harmonics above degree 2 do not matter to irradiance.",
         *glossy_boxmip.TECHNIQUE.assumptions,
     ),
