@@ -124,6 +124,8 @@ def stands_for(style: str) -> dict[str, StandsFor]:
 
     def reason_against(material: Material) -> str | None:
         other = material.parameters.get("style", "sketch")
+        if material.normal_map is not None:
+            return "npr under a normal map, which Mitsuba does not look up"
         return None if other == style else f"npr of style {other}"
 
     return {"npr": StandsFor("npr's map as it is", lambda material, settings: {}, reason_against)}

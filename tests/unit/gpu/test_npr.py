@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -75,6 +77,11 @@ def test_each_technique_draws_its_own_style(style):
     assert ink > 500 and picture.max() <= 1 + 1e-6
     if style == "cool-warm":  # the scene's own colours
         assert picture[..., 2].max() > 0.9 and picture[..., 0].max() > 0.9
+
+
+def test_a_normal_mapped_map_is_refused():
+    subject = replace(material("npr", style="sketch", viewer="distant"), normal_map=object())
+    assert "normal map" in cannot_stand_for(TECHNIQUES["npr-sketch"], scene(BLACK, subject))
 
 
 def test_npr_is_no_truth_for_light_nor_light_for_npr():
