@@ -22,17 +22,14 @@ def centres(size: int, border: float = 0.0) -> Float:
 
 
 def inside_circle(size: int, border: float = 0.0, ring: float = 0.0) -> NDArray[np.bool_]:
-    """Whether each texel's centre lies in the circle, (n, n), or within `ring` texels outside it; see `circle_limit`."""
+    """Whether each texel's centre lies in the circle, (n, n), or within `ring` texels outside it."""
     doubled = (2 * np.arange(size) + 1 - size) ** 2  # whole numbers: the shader's comparison, without rounding
     return doubled[None, :] + doubled[:, None] <= circle_limit(size, border, ring)
 
 
 def circle_limit(size: int, border: float, ring: float = 0.0) -> int:
-    """Largest (2i + 1 − n)² + (2j + 1 − n)² of a texel (i, j) whose centre lies in the circle or in the ring around it.
-
-    Never one of the map's outermost texels: look-ups beyond the map are clamped to them.
-    """
-    return min(int(np.floor((size - 2.0 * border + 2.0 * ring) ** 2)), (size - 1) ** 2)
+    """Largest (2i + 1 − n)² + (2j + 1 − n)² of a texel (i, j) whose centre lies in the circle or in the ring around it."""
+    return int(np.floor((size - 2.0 * border + 2.0 * ring) ** 2))
 
 
 def texel_means(

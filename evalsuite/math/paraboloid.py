@@ -112,9 +112,9 @@ def matched_radius(face_size: int) -> float:
 
 
 def matched_border(size: int) -> float:
-    """Border [texels] of a map of size² whose circles hold as many texels as a cube map with faces size/2 wide; at least 3: the 2
-    that bilinear filtering across the seam takes, and the outermost, to which look-ups beyond are clamped."""
-    return max(3.0, 0.5 * size - matched_radius(size // 2))
+    """Border [texels] of a map of size² whose circles hold as many texels as a cube map with faces size/2 wide; at least the 2
+    that bilinear filtering across the seam takes."""
+    return max(2.0, 0.5 * size - matched_radius(size // 2))
 
 
 def subsamples_per_texel(size: int, border: float, spacing: float) -> int:

@@ -38,7 +38,7 @@ MAP_SIZE = Parameter(
 )  # fmt: skip
 BORDER = Parameter(
     "border", None, "border around the circle [texels]; default: so that the circles hold as many texels as mirror-cube's faces, "
-    "at least 3", "technique", common.number(0.0, 2048.0), "a number of texels up to a quarter of map_size",
+    "at least 2", "technique", common.number(0.0, 2048.0), "a number of texels up to a quarter of map_size",
 )  # fmt: skip
 
 
@@ -54,10 +54,8 @@ def prepare(env: GpuEnvironment, settings: Settings, ring: float) -> Prepared:
     from evalsuite.gpu import disc_maps
 
     size, border = settings["map_size"], settings["border"]
-    if border < ring + 1.0:
-        raise EvalsuiteError(
-            "border", f"{border:g} texels", f"at least {ring + 1:g}: the ring and one texel beyond"
-        )
+    if border < ring:
+        raise EvalsuiteError("border", f"{border:g} texels", f"at least the ring's {ring:g}")
     maps = disc_maps.paraboloids(env, size, border, ring, _MIPS[settings["filter"]])
     front, back = (paraboloid.texture_matrix(half, size, border) for half in (paraboloid.FRONT, paraboloid.BACK))
     note = (f"two paraboloid maps of {size}² texels, circle radius {0.5 * size - border:.2f}; resampling changed the map's "
@@ -87,5 +85,9 @@ def twin_maps(environment: Environment, directions: Float, settings: Settings, r
     )
     alpha = np.broadcast_to(disc_map.inside_circle(size, border, ring), (2, size, size))
     rgba = np.concatenate([radiance, alpha[..., None]], axis=-1)
-    front, back = (disc_map.bilinear(rgba[half], x, y) for half, (x, y) in enumerate(coordinates))
-    return front, back
+    texels = []
+    for half, (x, y) in enumerate(coordinates):
+        texel = disc_map.bilinear(rgba[half], x, y)
+        texel[:, 3] *= (x >= 0) & (x <= size) & (y >= 0) & (y <= size)  # nothing beyond the map
+        texels.append(texel)
+    return texels[0], texels[1]

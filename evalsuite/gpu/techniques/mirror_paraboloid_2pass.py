@@ -38,7 +38,7 @@ TECHNIQUE = Technique(
     assumptions=(
         mirror.DISTANT,
         "A bilinear look-up in texels that are equal on the paraboloid resembles one in the map's own.",
-        "The ring covers what bilinear filtering of alpha takes from the rim.",
+        "The ring covers what filtering takes from alpha at the rim. Plain MIPs average alpha too: from λ ≈ 1 on a gap is left.",
     ),
     stands_for=mirror.STANDS_FOR,
     target_bsdf=mirror.target_bsdf,

@@ -119,7 +119,7 @@ def test_matched_texel_counts():
     size = 512
     inside = np.hypot(*np.meshgrid(centres(size, pb.matched_border(size)), centres(size, pb.matched_border(size)))) <= 1
     assert 2 * inside.sum() == pytest.approx(6 * 256**2, rel=2e-3)
-    assert pb.matched_border(32) == 3
+    assert pb.matched_border(32) == 2
 
 
 def test_mip_chains():

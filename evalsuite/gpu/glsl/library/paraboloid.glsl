@@ -10,11 +10,14 @@ vec2 paraboloid_coordinates(mat4 texture_matrix, vec3 r) {
     return q.xy / max(q.w, 1e-6);
 }
 
+// Alpha is 0 beyond the map, where the look-up is clamped to its edge and, with far coordinates, λ to the 1 × 1 level.
 vec4 paraboloid_texel(sampler2D map, mat4 texture_matrix, vec3 r) {
     vec2 st = paraboloid_coordinates(texture_matrix, r);
 #ifdef HARDWARE_LOD
-    return texture(map, st);
+    vec4 texel = texture(map, st);
 #else
-    return textureLod(map, st, 0.0);
+    vec4 texel = textureLod(map, st, 0.0);
 #endif
+    bool beyond = any(greaterThan(abs(st - 0.5), vec2(0.5)));
+    return beyond ? vec4(texel.rgb, 0.0) : texel;
 }
