@@ -85,10 +85,11 @@ def twin(environment: Environment, normals: Float, to_view: Float, material: Set
 
 
 def fill(scene: Scene, settings: Settings) -> dict[str, object]:
-    """face_size from the map's width; map_size so that about six texels lie across α."""
+    """face_size from the map's width; map_size so that four texels or more lie across the lobe's half width, about 1.3 α, and
+    twice as many across the narrower first one of two."""
     filled = common.fill_face_size(scene, settings)
     if settings["map_size"] is None:
-        filled["map_size"] = int(np.clip(1 << int(np.ceil(np.log2(6.0 / settings["alpha"]))), 32, 256))
+        filled["map_size"] = int(np.clip(1 << int(np.ceil(np.log2(12.0 * settings["lobes"] / settings["alpha"]))), 32, 256))
     return filled
 
 
@@ -99,9 +100,9 @@ _SHAPING = (
     Parameter("lobes", 1, "round lobes that are summed", "technique", common.integer(1, 2), "1 or 2"),
     Parameter("cosine", "inside", "inside: lobes of f n·l, which keep the energy; outside: the published form, lobes of f, "
               "n·r before the integral", "technique", common.choice("inside", "outside"), "inside or outside"),
-    Parameter("slices", 12, "slices over n·r", "technique", common.integer(2, 64), "a whole number from 2 to 64"),
-    Parameter("map_size", None, "width of an octahedral slice [texels]; default: the smallest power of two above 6/α, within "
-              "32 … 256", "technique", common.integer(4, 1024), "a whole number from 4 to 1024"),
+    Parameter("slices", 8, "slices over n·r", "technique", common.integer(2, 64), "a whole number from 2 to 64"),
+    Parameter("map_size", None, "width of an octahedral slice [texels]; default: the smallest power of two above 12/α (24/α with "
+              "two lobes), within 32 … 256", "technique", common.integer(4, 1024), "a whole number from 4 to 1024"),
     common.FACE_SIZE,
 )  # fmt: skip
 
@@ -130,7 +131,7 @@ TECHNIQUE = Technique(
     twin_bound=4e-3,
     twin_bound_reason="float32 directions of the resampled map at the edge of the sun, 10⁵ × the sky (2·10⁻³ there, 4·10⁻⁴ in "
     "the cathedral, 2·10⁻⁵ elsewhere)",
-    twin_settings={"face_size": 32, "map_size": 16, "slices": 4, "lobes": 2},
+    twin_settings={"face_size": 32, "map_size": 12, "slices": 3, "lobes": 2},
     defines=lambda settings: {"LOBES": settings["lobes"], "SLICES": settings["slices"]},
     fill=fill,
 )
