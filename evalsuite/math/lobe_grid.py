@@ -17,8 +17,8 @@ Float = NDArray[np.float64]
 
 TAPS = 6
 LOWEST_EXPONENT, HIGHEST_EXPONENT = 1.0, 1e4
-#: Node spacing over the lobe's standard deviation 1/√(N + 1). Six points then interpolate a Gaussian to 0.073 · 0.3⁶ = 5·10⁻⁵.
-_SPACING = 0.3
+#: Node spacing over the lobe's standard deviation 1/√(N + 1). Six points then interpolate a Gaussian to 0.073 · 0.33⁶ = 10⁻⁴.
+_SPACING = 0.33
 _FEWEST_ROWS, _ROWS_WITH_KINK, _MOST_ROWS = 64, 96, 640
 _GAUSS = 4
 
@@ -83,6 +83,7 @@ def _gauss_nodes(cells: int, nodes: int) -> tuple[Float, Float, NDArray[np.int64
     return (cell + fraction) / cells, np.tile(0.5 * weight / cells, cells), cell, fraction
 
 
-def reach(exponent: float, cut: float = 1e-6) -> float:
-    """1 − cos of the angle at which cos^N falls to `cut`; 1, the horizon, where it does not before."""
+def reach(exponent: float, cut: float = 1e-5) -> float:
+    """1 − cos of the angle at which cos^N falls to `cut`, and that share of its energy is left; at most 1, the
+    horizon."""
     return float(min(1.0, -np.expm1(np.log(cut) / exponent)))

@@ -78,6 +78,8 @@ TECHNIQUE = Technique(
     shader=Path(__file__).with_suffix(".glsl"),
     prepare=prepare,
     twin=twin,
+    twin_bound=6e-4,
+    twin_bound_reason="six-point interpolation on the grid: 10⁻⁴ of a lone lamp's peak, more beside what is dark around it",
     twin_settings={"face_size": 32},
     fill=fill,
 )  # fmt: skip

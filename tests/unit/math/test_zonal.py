@@ -112,10 +112,10 @@ def test_sums_at_the_nodes_are_the_lobe_integral(exponent):
     r /= np.linalg.norm(r, axis=-1, keepdims=True)
     sums = np.concatenate([phong.phong_lobe(exponent, one[None] @ nodes.T) @ power for one in r])
     truth = zonal.convolve(radiance, zonal.phong_bands(exponent, zonal.phong_degree(exponent)), r)
-    assert np.abs(sums - truth).max() < 3e-4 * truth.max()
+    assert np.abs(sums - truth).max() < 4e-4 * truth.max()
 
 
 def test_reach_is_where_the_lobe_ends():
-    assert (1 - lobe_grid.reach(500.0)) ** 500 == pytest.approx(1e-6)
-    assert lobe_grid.reach(1.0) == pytest.approx(1 - 1e-6) and lobe_grid.reach(10.0) < 1
+    assert (1 - lobe_grid.reach(500.0)) ** 500 == pytest.approx(1e-5)
+    assert lobe_grid.reach(1.0) == pytest.approx(1 - 1e-5) and lobe_grid.reach(10.0) < 1
     assert lobe_grid.grid_rows(500) > lobe_grid.grid_rows(50) >= 64 and lobe_grid.grid_rows(1e4) == 640
