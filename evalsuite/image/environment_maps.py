@@ -12,7 +12,8 @@ Written files say which they are in attributes of the EXR header (`evalsuite_lay
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -86,7 +87,6 @@ class Cube:
 
     faces: NDArray
     name: ClassVar[str] = "cube"
-    _sampler: list = field(default_factory=list, repr=False)
 
     @property
     def spacing(self) -> float:
@@ -100,9 +100,11 @@ class Cube:
 
     def lookup(self, directions: Float) -> Float:
         """Radiance (..., 3) at directions (..., 3), seamless."""
-        if not self._sampler:
-            self._sampler.append(cubemap.SeamlessCube([self.faces]))
-        return self._sampler[0].bilinear(directions, 0)
+        return self._sampler.bilinear(directions, 0)
+
+    @cached_property
+    def _sampler(self) -> cubemap.SeamlessCube:
+        return cubemap.SeamlessCube([self.faces])
 
     def integral(self) -> Float:
         """∫ L dω, (3,), with exact solid angles."""

@@ -178,7 +178,7 @@ def _mips(level0: ArrayLike, weights: Callable[[int], Float]) -> list[Float]:
 
 
 class DualParaboloid:
-    """Twin of two 2D textures clamped to the edge: bilinear in a level, linear between levels."""
+    """Twin of two 2D textures clamped to the edge, bilinear in a level."""
 
     def __init__(self, levels: Sequence[ArrayLike], border: float) -> None:
         """levels: (2, n, n, C), (2, n/2, n/2, C) … radiance; one is enough. border [texels of level 0]."""
@@ -206,10 +206,3 @@ class DualParaboloid:
             used = half == which
             out[used] = bilinear(texels[which], np.nan_to_num(s[used]) * size, np.nan_to_num(t[used]) * size)
         return out
-
-    def lookup(self, directions: ArrayLike, lod: float) -> Float:
-        """Trilinear radiance (..., C) at one level of detail, clamped to the levels that exist."""
-        lod = float(np.clip(lod, 0, len(self.levels) - 1))
-        low = int(lod)
-        high = min(low + 1, len(self.levels) - 1)
-        return (1 - lod + low) * self.bilinear(directions, low) + (lod - low) * self.bilinear(directions, high)
