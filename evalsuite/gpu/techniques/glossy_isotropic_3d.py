@@ -85,11 +85,10 @@ def twin(environment: Environment, normals: Float, to_view: Float, material: Set
 
 
 def fill(scene: Scene, settings: Settings) -> dict[str, object]:
-    """face_size from the map's width; map_size so that four texels or more lie across the lobe's half width, about 1.3 α, and
-    twice as many across the narrower first one of two."""
+    """face_size from the map's width; map_size so that a lobe's half width, about 1.3 α, spans four texels or more."""
     filled = common.fill_face_size(scene, settings)
     if settings["map_size"] is None:
-        filled["map_size"] = int(np.clip(1 << int(np.ceil(np.log2(12.0 * settings["lobes"] / settings["alpha"]))), 32, 256))
+        filled["map_size"] = int(np.clip(1 << int(np.ceil(np.log2(12.0 / settings["alpha"]))), 32, 256))
     return filled
 
 
@@ -101,8 +100,8 @@ _SHAPING = (
     Parameter("cosine", "inside", "inside: lobes of f n·l, which keep the energy; outside: the published form, lobes of f, "
               "n·r before the integral", "technique", common.choice("inside", "outside"), "inside or outside"),
     Parameter("slices", 8, "slices over n·r", "technique", common.integer(2, 64), "a whole number from 2 to 64"),
-    Parameter("map_size", None, "width of an octahedral slice [texels]; default: the smallest power of two above 12/α (24/α with "
-              "two lobes), within 32 … 256", "technique", common.integer(4, 1024), "a whole number from 4 to 1024"),
+    Parameter("map_size", None, "width of an octahedral slice [texels]; default: the smallest power of two above 12/α, within "
+              "32 … 256", "technique", common.integer(4, 1024), "a whole number from 4 to 1024"),
     common.FACE_SIZE,
 )  # fmt: skip
 

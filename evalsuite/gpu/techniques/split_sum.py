@@ -112,6 +112,8 @@ TECHNIQUE = Technique(
         "Fresnel is Schlick's, F = F₀ + (1 − F₀)(1 − v·h)⁵ with F₀ = F(η, k) at normal incidence, inside the table's integral; "
         "the conductor's own curve dips before it rises.",
         "Roughness between two levels of the chain is their linear mix.",
+        "128 samples a texel stand for the map's integral: against quadrature over all texels they leave 2 to 6 % rms in "
+        "the office, 9 to 13 % in the cathedral, 30 to 100 % under the sun (prefilter = quadrature: 1 to 3, 2 to 5, 1 to 4 %).",
     ),
     stands_for={
         "roughconductor": StandsFor("GGX α as it is, F₀ from η and k", rough_conductor.uniforms, _not_ggx),
