@@ -38,7 +38,7 @@ def twin_map(environment: Environment, face_size: int) -> cubemap.SeamlessCube:
     lit = directions.reshape(-1, 3)
     weighted = (radiance * latlong_solid_angles(height, width)[..., None]).reshape(-1, 3) / np.pi
     normals = cubemap.texel_directions(face_size).reshape(-1, 3) @ environment.to_world
-    sums = [np.maximum(part @ lit.T, 0.0) @ weighted for part in np.array_split(normals, 1 + len(lit) * len(normals) // 2**24)]
+    sums = [np.maximum(part @ lit.T, 0.0) @ weighted for part in np.array_split(normals, 1 + len(lit) * len(normals) // 2**22)]
     return cubemap.SeamlessCube([np.concatenate(sums).reshape(6, face_size, face_size, 3)])
 
 
@@ -67,5 +67,5 @@ TECHNIQUE = Technique(
     twin=twin,
     twin_bound=2e-3,
     twin_bound_reason="six-point interpolation across a lone sun's horizon, where the clamped cosine has its kink",
-    twin_settings={"face_size": 8},
+    twin_settings={"face_size": 4},
 )
