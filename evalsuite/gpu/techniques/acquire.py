@@ -121,8 +121,8 @@ TECHNIQUE = Technique(
     twin=twin,
     target="near-field",
     within_room=True,
-    twin_bound=2e-3,
-    twin_bound_reason="float32 rasterisation decides samples within 1e-6 of an edge otherwise; interpolated weights",
+    twin_bound=5e-4,
+    twin_bound_reason="a sample on an edge between two surfaces of the room falls to either: 1/16 of a texel",
     twin_settings={"face_size": 16},
     fill=fill,
 )  # fmt: skip
