@@ -20,7 +20,7 @@ from evalsuite.gpu import registry
 from evalsuite.gpu.plan import cannot_stand_for
 from evalsuite.gpu.techniques.base import LOOKUP, Technique
 from evalsuite.image.color import luminance
-from evalsuite.plan import Cell
+from evalsuite.plan import NEAR_FIELD, Cell
 from evalsuite.scene import builtin
 from evalsuite.scene.model import OWN, SUBJECT, Scene, SceneSource
 from evalsuite.steps import Progress, Settings, Steps
@@ -121,7 +121,7 @@ class Run(Steps):
         kept = [key for bound in source.bindings.values() for key, value in bound.items() if value == OWN]
         result["all_parameters"] = parameters | dict.fromkeys(kept, "the scene's own bitmap") | dict(cell.defines)
         reason = cannot_stand_for(technique, self.outline(source))
-        if cell.target == "near-field" and outline.room_file is None:
+        if cell.target == NEAR_FIELD and outline.room_file is None:
             reason = "the scene names no room, so there is no near field to render"
         if reason:
             result |= {"status": "skipped", "message": reason}

@@ -17,7 +17,7 @@ from pathlib import Path
 from evalsuite.errors import EvalsuiteError
 from evalsuite.gpu import registry
 from evalsuite.scene import builtin
-from evalsuite.scene.dependencies import ROOM, names_id
+from evalsuite.scene.dependencies import ROOM, names_id, room_path
 from evalsuite.scene.dependencies import parameters as scene_parameters
 from evalsuite.scene.model import SUBJECT
 
@@ -31,12 +31,15 @@ QUALITY: Mapping[str, tuple[float, int]] = {
     "publication": (0.001, 1 << 19),
 }
 
+#: The target that only scenes with a room have.
+NEAR_FIELD = "near-field"
+
 #: Targets in order of truth, as in `reference.integrators`.
 TARGETS: Mapping[str, str] = {
     "unoccluded": "environment × BRDF with horizon, no visibility",
     "direct": "with visibility: light straight from the environment (and area lights)",
     "path": "with visibility and interreflection",
-    "near-field": "the same within the real room, for scenes that name one",
+    NEAR_FIELD: "the same within the real room, for scenes that name one",
     "lookup": "no light: the map of a non-photorealistic material, looked up exactly",
 }
 
@@ -221,11 +224,11 @@ def plan(report: Report, choice: Choice | None = None) -> list[Cell]:
                 subject[path] = names_id(path, SUBJECT)
             own = {p.name: p.kind for p in registry.find(technique).parameters}
             known |= set(own)
-            # A scene without a subject keeps its own materials: only the user's -p changes those.
-            bindable = set(choice.parameters) | {k for k in own if own[k] == "technique" or subject[path]}
-            # A technique that the report does not hold takes none of the report's values.
-            wanted = choice.parameters if technique in extra else parameters
-            sweep = {k: v for k, v in wanted.items() if k in own and k in bindable}
+            # A scene without a subject keeps its own materials: only the user's -p changes those. What the report sets in a
+            # technique is for the report's own scenes, and no value of its is for a technique that it does not hold.
+            bindable = {"material": subject[path], "technique": not choice.scenes}
+            of_report = {k for k in own if bindable[own[k]] and technique not in extra}
+            sweep = {k: v for k, v in parameters.items() if k in own and (k in choice.parameters or k in of_report)}
             room = str(parameters[ROOM][0]) if ROOM in parameters else ""
             if (path, room) not in open_in_scene:
                 open_in_scene[path, room] = set(scene_parameters(path, {ROOM: room} if room else {}))
@@ -235,6 +238,8 @@ def plan(report: Report, choice: Choice | None = None) -> list[Cell]:
             for target in choice.targets or group.targets or (registry.find(technique).target,):
                 if target not in TARGETS:
                     raise unknown("target", target, TARGETS, "`evalsuite list targets`")
+                if target in group.targets and not choice.targets and target == NEAR_FIELD and not room_path(path):
+                    continue  # the report's own scenes have a room; the user's need not
                 for values in itertools.product(*sweep.values(), *of_scene.values()):
                     own_values = dict(zip(sweep, values, strict=False))
                     registry.find(technique).parse(own_values)

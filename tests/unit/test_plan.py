@@ -32,7 +32,7 @@ def test_ids_say_scene_technique_parameters_target(accuracy):
 def test_globs_sweeps_and_targets(accuracy):
     choice = Choice(["torus"], ["glossy-mcg*", "glossy-boxmip"], None, ["direct"], parse_parameters(["exponent=8, 16.5", "face_size=64"]))
     assert [c.id for c in plan(accuracy, choice)] == [
-        f"torus/{t}/exponent={e},face_size=64/direct" for t in ("glossy-mcguire", "glossy-boxmip") for e in ("8", "16.5")
+        f"torus/{t}/exponent={e},face_size=64/direct" for t in ("glossy-boxmip", "glossy-mcguire") for e in ("8", "16.5")
     ]
     assert {c.technique for c in plan(accuracy, Choice(techniques=["mirror-*"]))} >= {"mirror-cube"}
 
