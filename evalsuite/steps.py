@@ -188,17 +188,9 @@ class Steps:
 
     def image(self, source: SceneSource, technique: Technique, parameters: Mapping) -> tuple[Path, dict, bool, str]:
         """GPU picture: image.exr, scored.exr and, for a sampled technique, standard_error.exr."""
-        key = digest(
-            [
-                self.fingerprint(source),
-                technique.id,
-                parameters,
-                self._gpu_code(source, technique),
-                self.settings.supersample,
-                self.settings.seed,
-                surroundings.fingerprint(source) if technique.within_room else None,
-            ]
-        )
+        drawn = (self.settings.supersample, self.settings.seed)
+        room = surroundings.fingerprint(source) if technique.within_room else None
+        key = digest([self.fingerprint(source), technique.id, parameters, self._gpu_code(source, technique), *drawn, room])
 
         def make() -> tuple[Path, dict]:
             scene = self.model(source)

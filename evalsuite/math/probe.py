@@ -1,9 +1,14 @@
-"""Where a probe samples its texels."""
+"""Where a probe samples its texels, and how few of them harmonics need."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+
+#: Samples a texel and axis.
+SUBSAMPLES = 4
+#: Width of the level that SH coefficients are summed over (Kautz et al. §5.1.1: 8 × 8 pixels a face suffice).
+SH_FACE_SIZE = 8
 
 
 def subsample_offsets(k: int) -> NDArray[np.float64]:

@@ -12,12 +12,9 @@ from evalsuite.gpu import context, programs
 from evalsuite.gpu.environment import Cube
 from evalsuite.gpu.passes import timed
 from evalsuite.math import cubemap, mesh_colors, sh
+from evalsuite.math.probe import SH_FACE_SIZE, SUBSAMPLES
 from evalsuite.scene.model import Room
 
-#: Samples a texel and axis.
-SUBSAMPLES = 4
-#: Width of the level that SH coefficients are summed over (Kautz et al. §5.1.1: 8 × 8 pixels a face suffice).
-SH_FACE_SIZE = 8
 CLIP_DISTANCE = 0x3000  # GL_CLIP_DISTANCE0, unknown to moderngl
 
 

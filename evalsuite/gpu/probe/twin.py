@@ -8,20 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evalsuite.math import cubemap, mesh_colors, polygon
-from evalsuite.math.probe import subsample_offsets
+from evalsuite.math.probe import SUBSAMPLES, subsample_offsets
 from evalsuite.scene.model import Room
 
 Float = NDArray[np.float64]
 
 
 @lru_cache(maxsize=8)
-def faces(room: Room, centre: tuple[float, float, float], width: int, subsamples: int, lit_here: bool) -> Float:
+def faces(room: Room, centre: tuple[float, float, float], width: int, lit_here: bool) -> Float:
     """(6, w, w, 3) mean radiance of the room over the texels of a cubemap at centre, on the samples that the GPU takes.
 
     lit_here: light from the lamps alone, without shadows; else what was baked."""
     total, weight = np.zeros((6, width, width, 3)), np.zeros((width, width, 1))
     row, column = np.meshgrid(np.arange(width), np.arange(width), indexing="ij")
-    for x, y in subsample_offsets(subsamples):
+    for x, y in subsample_offsets(SUBSAMPLES):
         a, b = 2.0 * (column + x) / width - 1.0, 2.0 * (row + y) / width - 1.0
         omega = ((1.0 + a * a + b * b) ** -1.5)[..., None]
         weight += omega

@@ -11,6 +11,7 @@ from evalsuite.errors import EvalsuiteError
 from evalsuite.gpu.techniques import common
 from evalsuite.gpu.techniques.base import Float, Parameter, Prepared, Settings, StandsFor, Technique
 from evalsuite.math import cubemap, phong, sh
+from evalsuite.math.probe import SH_FACE_SIZE
 from evalsuite.scene.model import Environment, Material, Scene
 
 if TYPE_CHECKING:
@@ -44,14 +45,14 @@ def prepare(env: GpuEnvironment, settings: Settings, scene: Scene) -> Prepared:
         "env_max_level": float(probe.cube.max_level),
         "sh": probe.coefficients,
     }
-    notes = [_note(settings, scene, frame_ms)]
+    notes = [_note(settings, scene)]
     if (covered := probe.coverage()) < 1.0 - 1e-4:
         notes.append(f"the room leaves {1 - covered:.1%} of the sphere open around the probe, which counts as black")
     seen = {"position": settings["position"], "faces": probe.cube.level0}
     return Prepared(uniforms, {"env_cube": probe.texture}, notes=tuple(notes), frame_ms=frame_ms, probe=seen)
 
 
-def _note(settings: Settings, scene: Scene, frame_ms: float) -> str:
+def _note(settings: Settings, scene: Scene) -> str:
     place = ", ".join(f"{c:.3g}" for c in settings["position"])
     light = (
         "lamps unshadowed, without interreflection"
@@ -59,16 +60,16 @@ def _note(settings: Settings, scene: Scene, frame_ms: float) -> str:
         else f"light baked by Mitsuba with {scene.room.spp} paths a sample (standard error {scene.room.standard_error:.1%})"
     )
     triangles, size = len(scene.room.corners), settings["face_size"]
-    return f"probe at ({place}): six faces of {size}² from {triangles} one-sided triangles in {frame_ms:.3g} ms a frame; {light}"
+    return f"probe at ({place}): six faces of {size}² from {triangles} one-sided triangles; {light}"
 
 
 def twin(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
     """Ray-cast faces of settings["room"] in float64, then (k_d/π) Σ Â_i L_i Y_i(n) + k_s · trilinear look-up about r."""
     from evalsuite.gpu.probe import twin as probe
 
-    faces = probe.faces(settings["room"], settings["position"], settings["face_size"], 4, settings["light"] == "direct")
+    faces = probe.faces(settings["room"], settings["position"], settings["face_size"], settings["light"] == "direct")
     cube = cubemap.SeamlessCube(cubemap.box_mips(faces))
-    small = next(level for level in cube.levels if level.shape[1] <= 8)
+    small = next(level for level in cube.levels if level.shape[1] <= SH_FACE_SIZE)
     diffuse = material.get("reflectance", material.get("diffuse_reflectance", 0.0))
     out = np.asarray(common.rgb(diffuse)) / np.pi * sh.irradiance(sh.project_cube(small), normals)
     if "exponent" in material:
@@ -78,7 +79,7 @@ def twin(environment: Environment, normals: Float, to_view: Float, material: Set
 
 
 def _matte(material: Material, settings: Settings) -> dict[str, object]:
-    return {**common.diffuse_uniforms(material, settings), "specular_reflectance": (0.0, 0.0, 0.0), "exponent": 1.0}
+    return {**common.diffuse_uniforms(material, settings), "specular_reflectance": (0.0, 0.0, 0.0)}
 
 
 def _position(value: object) -> tuple[float, float, float]:
