@@ -24,6 +24,9 @@ class Filter(Protocol):
     def bind(self, shader: moderngl.ComputeShader) -> int:
         """Set the shader up; returns about how many look-ups a texel takes."""
 
+    def release(self) -> None:
+        """Free its buffers; whoever makes a map of it does so."""
+
 
 @dataclass(eq=False)
 class Prefiltered:
@@ -46,6 +49,7 @@ def to_cube(width: int, filters: Sequence[Filter]) -> Prefiltered:
         shader = _shader(one)
         texture.bind_to_image(0, read=False, write=True, level=level)
         dispatch(shader, width >> level, 6, one.bind(shader))
+        one.release()
     texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
     return finished(texture, start)
 
@@ -61,6 +65,7 @@ def to_octahedral(width: int, filters: Sequence[Filter]) -> Prefiltered:
         shader = _shader(one, (("OCTAHEDRAL", 1),))
         programs.set_uniforms(shader, {"layer": layer})
         dispatch(shader, width + 2, 1, one.bind(shader))
+        one.release()
     return finished(texture, start)
 
 

@@ -28,3 +28,7 @@ class SampledLobe:
         programs.set_uniforms(shader, {"count": self._count})
         programs.bind_textures(shader, {"source": self._source.texture})
         return self._count
+
+    def release(self) -> None:
+        """Free the samples."""
+        self._buffer.release()

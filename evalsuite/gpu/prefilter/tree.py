@@ -66,3 +66,7 @@ class TreeLobe:
         self._profile.bind_to_storage_buffer(0)
         programs.set_uniforms(shader, {"lobe_width": self._lobe.width})
         return NODES
+
+    def release(self) -> None:
+        """Free the profile."""
+        self._profile.release()
