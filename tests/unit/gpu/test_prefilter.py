@@ -66,6 +66,16 @@ def test_a_lamp_of_one_texel_by_quadrature():
     assert np.abs(found - truth).max() < 7e-3 * truth.max() and rel_rmse(found, truth) < 8e-3
 
 
+def test_poles_of_the_grid_show_nowhere():
+    env = noise(65, 128)
+    env.radiance[1, 20] = env.radiance[63, 90] = 900.0
+    r = np.random.default_rng(3).normal(size=(400, 3)) * 0.1 + np.repeat([[0, 1, 0], [0, -1, 0]], 200, axis=0)
+    r /= np.linalg.norm(r, axis=-1, keepdims=True)
+    truth = zonal.convolve(env.radiance, zonal.phong_bands(60.0, zonal.phong_degree(60.0)), r)
+    found = hardware_lookup(lobe_map(gpu_environment.of(env), 60.0, 256).texture, r, 0.0)
+    assert np.abs(found - truth).max() < 3e-3 * truth.max()
+
+
 def test_maps_turn_with_the_environment():
     turned = noise(to_world=rotation())
     r = fibonacci(200)

@@ -100,15 +100,16 @@ def quadrature_of_moment(radiance):
 def test_sums_at_the_nodes_are_the_lobe_integral(exponent):
     """Lamps of one texel in the dark, where a coarse source would show."""
     radiance = 0.01 * noise(65, 128)
-    radiance[20, 30] = radiance[63, 100] = (900.0, 300.0, 50.0)
+    radiance[20, 30] = (900.0, 300.0, 50.0)
+    radiance[63, 100] = 17.0 * radiance[20, 30]  # as much power, in a smaller texel beside a pole
     rows = lobe_grid.grid_rows(exponent)
     power = lobe_grid.gather(radiance, rows).reshape(-1, 3)
     theta, phi = np.pi * (np.arange(rows) + 0.5) / rows, np.pi * (np.arange(2 * rows) + 0.5) / rows
     nodes = np.stack(np.broadcast_arrays(np.sin(theta)[:, None] * np.sin(phi), np.cos(theta)[:, None],
                                          -np.sin(theta)[:, None] * np.cos(phi)), -1).reshape(-1, 3)  # fmt: skip
-    lamp = latlong_directions(65, 128)[20, 30]
     r = directions(200)
-    r[:100] = lamp + (r[:100]) / np.sqrt(exponent)
+    for part, lamp in ((slice(0, 80), (20, 30)), (slice(80, 160), (63, 100))):
+        r[part] = latlong_directions(65, 128)[lamp] + r[part] / np.sqrt(exponent)
     r /= np.linalg.norm(r, axis=-1, keepdims=True)
     sums = np.concatenate([phong.phong_lobe(exponent, one[None] @ nodes.T) @ power for one in r])
     truth = zonal.convolve(radiance, zonal.phong_bands(exponent, zonal.phong_degree(exponent)), r)
