@@ -134,7 +134,7 @@ def lobe_target(plugin: str) -> Callable[[Settings], dict[str, object]]:
         "type": plugin,
         "exponent": settings["exponent"],
         "specular_reflectance": settings["specular_reflectance"],
-        "diffuse_reflectance": 0.0,
+        "diffuse_reflectance": (0.0, 0.0, 0.0),
     }
 
 
