@@ -55,9 +55,7 @@ def spline(points: list[tuple[float, ...]], steps: int) -> Points:
     for i in range(1, len(p) - 2):
         s = t[i] + (t[i + 1] - t[i]) * np.arange(steps)[:, None] / steps
         a = [(p[k] * (t[k + 1] - s) + p[k + 1] * (s - t[k])) / (t[k + 1] - t[k]) for k in (i - 1, i, i + 1)]
-        b = [
-            (a[k] * (t[i + 1 + k] - s) + a[k + 1] * (s - t[i - 1 + k])) / (t[i + 1 + k] - t[i - 1 + k]) for k in (0, 1)
-        ]
+        b = [(a[k] * (t[i + 1 + k] - s) + a[k + 1] * (s - t[i - 1 + k])) / (t[i + 1 + k] - t[i - 1 + k]) for k in (0, 1)]
         curve.append((b[0] * (t[i + 1] - s) + b[1] * (s - t[i])) / (t[i + 1] - t[i]))
     return np.concatenate([*curve, p[-2:-1]])
 
@@ -78,10 +76,7 @@ def hollow_tip(rings: Points) -> Points:
     tip, centre = rings[-1], rings[-1].mean(0)
     outward = centre - rings[-2].mean(0)
     outward /= np.linalg.norm(outward)
-    mouth = [
-        centre + (tip - centre) * size + outward * along
-        for size, along in ((0.88, 0.008), (0.68, -0.02), (0.48, -0.15))
-    ]
+    mouth = [centre + (tip - centre) * size + outward * along for size, along in ((0.88, 0.008), (0.68, -0.02), (0.48, -0.15))]
     return np.concatenate([rings, mouth])
 
 

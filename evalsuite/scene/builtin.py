@@ -115,9 +115,7 @@ def make_environment(name: str, file: Path) -> None:
     generator.make(name, Path(file))
 
 
-def _resolve(
-    name_or_path: str | Path, names: dict[str, Path], kind: str, suffixes: tuple[str, ...], listing: str
-) -> Path:
+def _resolve(name_or_path: str | Path, names: dict[str, Path], kind: str, suffixes: tuple[str, ...], listing: str) -> Path:
     text = os.fspath(name_or_path)
     if text in names and names[text].is_file():
         return names[text]

@@ -22,7 +22,6 @@ import platformdirs
 
 from evalsuite.errors import EvalsuiteError
 
-
 SHADERS = (".glsl", ".comp", ".vert", ".frag", ".geom")
 
 

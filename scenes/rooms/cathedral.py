@@ -29,9 +29,7 @@ def stained_glass(random: np.random.Generator, radiance: float, round_window: bo
         sector = (angle * np.array([1, 8, 12, 16, 24, 24])[ring]).astype(int)
         lead = (np.abs(radius * 5 % 1 - 0.5) > 0.43) | (radius > 0.98)
         count = np.array([1, 8, 12, 16, 24, 24])[ring]
-        lead |= np.abs(angle * count % 1 - 0.5) * radius / count * 2 * np.pi > (
-            0.5 / count * 2 * np.pi * radius - 0.018
-        )
+        lead |= np.abs(angle * count % 1 - 0.5) * radius / count * 2 * np.pi > (0.5 / count * 2 * np.pi * radius - 0.018)
         pane = ring * 31 + sector
     else:
         a, b = (x * 1.5 + y * 4), (x * 1.5 - y * 4)
@@ -45,9 +43,7 @@ def pointed_arch(half_span: float, spring: float, rise: float, steps: int) -> ND
     """(steps, 2) points (across, height) of a two-centred arch from −half_span to +half_span."""
     across = -half_span * np.cos(np.linspace(0, np.pi, steps))
     radius = (half_span**2 + rise**2) / (2 * half_span)  # both arcs pass through their spring point and the apex
-    return np.stack(
-        [across, spring + np.sqrt(np.maximum(radius**2 - (np.abs(across) + radius - half_span) ** 2, 0))], -1
-    )
+    return np.stack([across, spring + np.sqrt(np.maximum(radius**2 - (np.abs(across) + radius - half_span) ** 2, 0))], -1)
 
 
 def build(directory: Path) -> None:
@@ -62,9 +58,7 @@ def build(directory: Path) -> None:
     blocks[:, ::8] *= 0.45
     save_texture(textures / "stones.exr", blocks)
     tiles = np.where((np.indices((8, 8)).sum(0) % 2)[..., None], [0.34, 0.30, 0.25], [0.09, 0.08, 0.08])
-    save_texture(
-        textures / "tiles.exr", np.repeat(np.repeat(tiles * (0.8 + 0.4 * random.random((8, 8, 1))), 8, 0), 8, 1)
-    )
+    save_texture(textures / "tiles.exr", np.repeat(np.repeat(tiles * (0.8 + 0.4 * random.random((8, 8, 1))), 8, 0), 8, 1))
 
     front, back, bay = -22.0, 14.0, 4.0
     pillars = np.arange(front + 2, back + 1, bay)

@@ -79,9 +79,7 @@ def build(directory: Path) -> None:
     for k, palette in enumerate(palettes):
         save_texture(textures / f"painting{k}.exr", stripes(random, palette))
 
-    room = Room(
-        "Office", "a room evenly lit by windows on an overcast day and by ceiling panels", (0, 1.5, 0), (-1, 1.4, -1), 8
-    )
+    room = Room("Office", "a room evenly lit by windows on an overcast day and by ceiling panels", (0, 1.5, 0), (-1, 1.4, -1), 8)
     room.picture("floor", "planks", (5, 4), alpha=0.25)
     room.paint("wall", (0.72, 0.69, 0.62))
     room.paint("accent", (0.20, 0.36, 0.40))
@@ -192,9 +190,7 @@ def desk(room: Room, x: float, z: float, turn: float) -> None:
     c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
 
     def put(paint: str, centre: Vector, size: Vector, extra: float = 0.0) -> None:
-        room.box(
-            paint, (x + c * centre[0] + s * centre[2], centre[1], z - s * centre[0] + c * centre[2]), size, turn + extra
-        )
+        room.box(paint, (x + c * centre[0] + s * centre[2], centre[1], z - s * centre[0] + c * centre[2]), size, turn + extra)
 
     put("wood", (0, 0.73, 0), (1.7, 0.04, 0.8))
     for dx in (-0.78, 0.78):

@@ -23,9 +23,8 @@ def test_a_technique_depends_on_its_own_files_and_on_what_it_imports(technique):
 
 def test_a_shader_decides_few_techniques():
     """Those that draw with it, and no others: a change draws its own cells anew."""
-    users = {
-        shader.name: {t.id for t in TECHNIQUES.values() if shader in technique_files(t.shader)} for shader in FOLDER.glob("*.glsl")
-    }
+    files = {t.id: set(technique_files(t.shader)) for t in TECHNIQUES.values()}
+    users = {shader.name: {name for name, own in files.items() if shader in own} for shader in FOLDER.glob("*.glsl")}
     assert users["mirror_cube.glsl"] == {"mirror-cube"} and users["brute_force.glsl"] == {"brute-force"}
     assert all(1 <= len(ids) <= len(TECHNIQUES) // 2 for ids in users.values()), users
     assert set(COMPANIONS.values()) <= set(TECHNIQUES)

@@ -65,7 +65,8 @@ def load(path: Path) -> Technique:
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise EvalsuiteError(path, getattr(error, "strerror", None) or str(error), "a readable GLSL file in UTF-8", "check the path") from error
+        got = getattr(error, "strerror", None) or str(error)
+        raise EvalsuiteError(path, got, "a readable GLSL file in UTF-8", "check the path") from error
     about = _definition(path.with_suffix(".toml"))
     bsdf, own = str(about.get("bsdf", "phong")), _own_parameters(path, text)
     return Technique(

@@ -109,17 +109,13 @@ def test_coloured_cube_has_six_flat_faces_and_crisp_edges() -> None:
     np.testing.assert_array_equal(near_edge, centres)
     saturation = 1 - centres.min(1) / centres.max(1)
     assert saturation.min() > 0.9
-    each = [
-        (radiance("coloured-cube") == colour).all(-1, keepdims=True) * weights("coloured-cube") for colour in centres
-    ]
+    each = [(radiance("coloured-cube") == colour).all(-1, keepdims=True) * weights("coloured-cube") for colour in centres]
     np.testing.assert_allclose([solid_angle.sum() for solid_angle in each], 4 * np.pi / 6, rtol=0.02)
 
 
 def test_overcast_irradiance_from_the_sky() -> None:
     up = np.array([0.0, 1.0, 0.0])
-    np.testing.assert_allclose(
-        irradiance("overcast", up), 7 * np.pi / 9, rtol=1e-3
-    )  # half floats, texels at the horizon
+    np.testing.assert_allclose(irradiance("overcast", up), 7 * np.pi / 9, rtol=1e-3)  # half floats, texels at the horizon
     np.testing.assert_allclose(irradiance("overcast", -up), 0.2 * 7 * np.pi / 9, rtol=1e-3)
     np.testing.assert_allclose(latlong_lookup(radiance("overcast"), up), 1)
 
@@ -143,9 +139,7 @@ def test_sunsky_holds_the_suns_energy() -> None:
     import drjit as dr
 
     sky = mi.load_dict({"type": "sunsky", "sun_direction": [SUN[0], -SUN[2], SUN[1]], "turbidity": 7.0})
-    angle, azimuth = np.meshgrid(
-        (np.arange(3000) + 0.5) / 3000 * np.radians(1.5), (np.arange(16) + 0.5) / 16 * 2 * np.pi
-    )
+    angle, azimuth = np.meshgrid((np.arange(3000) + 0.5) / 3000 * np.radians(1.5), (np.arange(16) + 0.5) / 16 * 2 * np.pi)
     across = np.cross(SUN, [0.0, 1.0, 0.0])
     across /= np.linalg.norm(across)
     ring = np.cos(azimuth)[..., None] * across + np.sin(azimuth)[..., None] * np.cross(SUN, across)

@@ -117,9 +117,7 @@ def test_installed_wheel_holds_them_in_the_package(tmp_path: Path, monkeypatch: 
 
 def test_imports_nothing_heavy() -> None:
     code = "import sys, evalsuite.scene.builtin; print([m for m in ('numpy', 'mitsuba', 'drjit', 'OpenEXR') if m in sys.modules])"
-    assert (
-        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "[]"
-    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "[]"
 
 
 def test_unknown_environment_is_not_made(tmp_path: Path) -> None:
