@@ -69,6 +69,7 @@ class Steps:
     def __post_init__(self) -> None:
         self._steps: dict[tuple[str, str], Future] = {}
         self._models: dict[str, Scene] = {}
+        self._seen: dict[str, GBuffer] = {}
         self._lock = threading.Lock()
         self._warned: set[str] = set()
         self._host: dict | None = None
@@ -151,8 +152,13 @@ class Steps:
             return self.store.put("seen", key, {}, lambda folder: np.savez_compressed(folder / "gbuffer.npz", **vars(theirs)))
 
         place, *_ = self.once("seen", key, make)
-        with np.load(place / "gbuffer.npz") as data:
-            return GBuffer(**data)
+        with self._lock:
+            if key not in self._seen:
+                if len(self._seen) > 8:  # a few megabytes each
+                    self._seen.clear()
+                with np.load(place / "gbuffer.npz") as data:
+                    self._seen[key] = GBuffer(**data)
+            return self._seen[key]
 
     def certificate(self, source: SceneSource) -> dict:
         """Scene-equivalence certificate: what the GPU side sees of a scene against what Mitsuba sees."""

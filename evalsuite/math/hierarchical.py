@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.signal import fftconvolve
 
 from evalsuite.math import paraboloid
 from evalsuite.math.disc_map import bilinear, centres
@@ -74,6 +73,8 @@ def filtered(levels: list[Float], border: float, which: int, exponent: float, cu
     weights = kernel(which, exponent, cutoff, circle / 2.0**level)
     h = len(weights) // 2
     padded = np.pad(levels[level], ((0, 0), (h, h), (h, h), (0, 0)), mode="edge")
+    from scipy.signal import fftconvolve  # here: importing it costs a second, which listings should not pay
+
     return fftconvolve(padded, weights[None, :, :, None], mode="valid", axes=(1, 2)), level
 
 

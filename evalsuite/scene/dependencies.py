@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from evalsuite.errors import EvalsuiteError
@@ -77,10 +77,25 @@ def names_id(path: Path, name: str) -> bool:
     return name in _facts(path, None).ids
 
 
+#: What was read of a scene, with the state of each file it names: a run asks hundreds of times.
+_read: dict[tuple[Path, tuple], tuple[list[tuple[Path, int, int]], _Facts]] = {}
+
+
 def _facts(path: Path, defines: Defines | None) -> _Facts:
-    facts = _Facts(dict(defines or {}))
-    _collect(Path(path).resolve(), Path(path).resolve().parent, facts)
-    return facts
+    key = Path(path).resolve(), tuple(sorted((defines or {}).items()))
+    stamps, facts = _read.get(key, ([], None))
+    if facts is None or stamps != _stamps(facts.files):
+        facts = _Facts(dict(defines or {}))
+        _collect(key[0], key[0].parent, facts)
+        _read[key] = _stamps(facts.files), facts
+    return replace(facts, declared=dict(facts.declared), files=set(facts.files))
+
+
+def _stamps(files: set[Path]) -> list[tuple[Path, int, int]]:
+    try:
+        return [(file, (status := file.stat()).st_mtime_ns, status.st_size) for file in sorted(files)]
+    except OSError:  # gone meanwhile
+        return []
 
 
 def _with_room(path: Path, defines: Defines | None) -> _Facts:
