@@ -55,14 +55,16 @@ class Run(Steps):
         return bound
 
     def bound_source(self, cell: Cell, technique: Technique, plain: SceneSource) -> tuple[SceneSource, dict]:
-        """The scene with the cell's materials bound, and all of the technique's parameters."""
-        outline = self.outline(plain)
-        parameters = technique.defaults() | technique.parse(cell.parameters)
+        """The scene with the cell's materials bound, and the technique's parameters but for those that its materials give."""
+        outline, stated = self.outline(plain), technique.parse(cell.parameters)
+        parameters = technique.defaults() | stated
         source = replace(plain, bindings=self.bind(cell, technique, outline, parameters))
         if technique.resolves and not cannot_stand_for(technique, self.outline(source)):
-            parameters = self.resolve(source, technique, technique.parse(cell.parameters))
-            source = replace(plain, bindings=self.bind(cell, technique, outline, parameters))
-        return source, parameters
+            parameters = self.resolve(source, technique, stated)
+            return replace(plain, bindings=self.bind(cell, technique, outline, parameters)), parameters
+        # A default must not pass for what the scene's own material says: the technique reads that there.
+        of_technique = {p.name for p in technique.parameters if p.kind == "technique"}
+        return source, {name: value for name, value in parameters.items() if name in stated or name in of_technique}
 
     def evaluate(self, cell: Cell) -> tuple[dict, dict[str, Path]]:
         """One cell's results (as in results.json, image paths left to `materialise`) and its image files.
@@ -119,7 +121,6 @@ class Run(Steps):
         result["notes"] += [f"Drawn by Mitsuba only: {name}" for name in outline.mitsuba_only]
         source, parameters = self.bound_source(cell, technique, plain)
         kept = [key for bound in source.bindings.values() for key, value in bound.items() if value == OWN]
-        result["all_parameters"] = parameters | dict.fromkeys(kept, "the scene's own bitmap") | dict(cell.defines)
         reason = cannot_stand_for(technique, self.outline(source))
         if cell.target == NEAR_FIELD and outline.room_file is None:
             reason = "the scene names no room, so there is no near field to render"
@@ -131,6 +132,7 @@ class Run(Steps):
         result["certificate"] = certificate
         image, image_meta, image_cached, image_key = self.image(source, technique, parameters)
         reference, reference_meta, reference_cached, reference_key = self.reference(source, cell.target, self.settings.seed)
+        result["all_parameters"] = image_meta["parameters"] | dict.fromkeys(kept, "the scene's own bitmap") | dict(cell.defines)
         result["mapping"], result["fit"] = image_meta["mapping"], image_meta["fit"]
         result["notes"] += image_meta["notes"]
         if (image / "probe.npz").exists():

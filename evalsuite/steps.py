@@ -220,12 +220,9 @@ class Steps:
                 if drawing.probe is not None:
                     np.savez(folder / "probe.npz", **drawing.probe)
 
-            return self.store.put(
-                "image",
-                key,
-                {"cost": drawing.cost, "mapping": drawing.mapping, "fit": drawing.fit, "notes": list(drawing.notes)},
-                fill,
-            )
+            names = ("parameters", "cost", "mapping", "fit")
+            meta = {name: getattr(drawing, name) for name in names} | {"notes": list(drawing.notes)}
+            return self.store.put("image", key, meta, fill)
 
         return (*self.once("image", key, make), key)
 

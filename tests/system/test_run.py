@@ -279,3 +279,30 @@ def test_missing_only_keeps_what_the_same_command_made(evalsuite, tmp_path):
     assert second["diffuse-sh9"] == first["diffuse-sh9"]  # its cost too: nothing was made again
     finer = cells("-t", "diffuse-sh9", "--target-error", "0.01")
     assert finer["diffuse-sh9"]["target_error"] == 0.01 and finer["diffuse-sh9"]["reached_error"] <= 0.01
+
+
+def test_a_scene_s_own_material_decides_what_is_prefiltered(evalsuite, tmp_path):
+    """No default of a technique stands in for what the scene's own BSDF says."""
+    exponent = '<float name="exponent" value="90"/>'
+    (tmp_path / "own.xml").write_text(scene_xml(plugin="phong", parameters=exponent))
+    (tmp_path / "bare.xml").write_text(scene_xml(plugin="phong", parameters=""))
+    words = (
+        "run",
+        "--env",
+        "cosine",
+        "--target",
+        "unoccluded",
+        "--json",
+        "-t",
+        "glossy-phong-map",
+        "-t",
+        "glossy-hierarchical",
+        "--scene",
+    )
+    own = json.loads(evalsuite(*words, "own.xml", "--out", "o", cwd=tmp_path).out)["cells"]
+    given = json.loads(evalsuite(*words, "bare.xml", "-p", "exponent=90", "--out", "p", cwd=tmp_path).out)["cells"]
+    assert [c["technique"] for c in own] == ["glossy-phong-map", "glossy-hierarchical"]
+    for a, b in zip(own, given, strict=True):
+        assert a["all_parameters"]["exponent"] == b["all_parameters"]["exponent"] == 90
+        pictures = [exr.read(tmp_path / folder / c["images"]["image"]) for folder, c in (("o", a), ("p", b))]
+        assert np.array_equal(*pictures)

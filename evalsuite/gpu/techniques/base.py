@@ -175,7 +175,7 @@ class Technique:
     def resolved(self, scene: Scene, given: Settings) -> dict[str, object]:
         """Every parameter with its value for this scene. Raises EvalsuiteError."""
         settings = {p.name: p.default for p in self.parameters}
-        plugin = self.target_bsdf(settings)["type"]
+        plugin = self.target_bsdf(settings | self.parse(given))["type"]
         for index in scene.used_materials:
             material = scene.materials[index]
             if material.plugin == plugin and (not scene.subject or material.id in scene.subject):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from evalsuite.errors import EvalsuiteError
 from evalsuite.gpu.techniques.base import Parameter, Prepared, Settings
 from evalsuite.math import cubemap, phong, sh
 from evalsuite.scene.model import Environment, Material, Scene, Texture
@@ -111,6 +112,18 @@ def lobe_uniforms(material: Material, settings: Settings) -> dict[str, object]:
         "eta": (0.0, 0.0, 0.0),
         "k": WHITE,
     }
+
+
+def require_exponent(technique: str, material: Material, exponent: float) -> None:
+    """Raise EvalsuiteError for a lobe of another exponent than the one that a technique's maps were made for."""
+    own = float(material.parameters.get("exponent", 50.0))
+    if not np.isclose(own, exponent, rtol=1e-6):  # Mitsuba: float32
+        raise EvalsuiteError(
+            material.location or f"{technique}, material {material.id}",
+            f"exponent {own:g}",
+            f"exponent {exponent:g}, as the material that the maps of {technique} were made for",
+            "give all lobes of the scene one exponent, or choose another technique",
+        )
 
 
 def conductor_uniforms(material: Material, settings: Settings) -> dict[str, object]:

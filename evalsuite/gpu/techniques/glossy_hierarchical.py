@@ -39,7 +39,8 @@ def prepare(env: GpuEnvironment, settings: Settings, scene: Scene) -> Prepared:
 
 def uniforms(material: Material, settings: Settings) -> dict[str, object]:
     """k_s, and the exponent that the one pair of maps holds."""
-    return {**common.lobe_uniforms(material, settings), "exponent": settings["exponent"]}
+    common.require_exponent(TECHNIQUE.id, material, settings["exponent"])
+    return common.lobe_uniforms(material, settings)
 
 
 @lru_cache(maxsize=4)
