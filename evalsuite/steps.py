@@ -27,7 +27,7 @@ from evalsuite.scene.dependencies import dependencies
 from evalsuite.scene.model import GBuffer, Scene, SceneSource
 from evalsuite.scene.outline import outline_from_json, outline_to_json
 from evalsuite.store.cache import Store, digest, file_digest, package_versions, source_digest
-from evalsuite.store.sources import technique_files
+from evalsuite.store.sources import PACKAGE, module_files, technique_files
 
 #: Sub-samples per pixel axis on the GPU: edge-pixel coverage within 0.036 rms of Mitsuba's box filter (4×4).
 SUPERSAMPLE = 4
@@ -163,7 +163,8 @@ class Steps:
     def certificate(self, source: SceneSource) -> dict:
         """Scene-equivalence certificate: what the GPU side sees of a scene against what Mitsuba sees."""
         source = replace(source, bindings={})
-        code = source_digest("gpu/*.py", "gpu/glsl/*.*", "reference/gbuffer.py", "compare/certificate.py")
+        drawn = [file_digest(path) for path in module_files(PACKAGE / "gpu" / "gbuffer.py")]
+        code = [drawn, source_digest("scene/model.py", "reference/gbuffer.py", "compare/certificate.py")]
         key = digest([self.fingerprint(source), self.host()["gl_renderer"], self.settings.supersample, code])
 
         def make() -> tuple[Path, dict]:
@@ -188,9 +189,9 @@ class Steps:
         """What decides a picture besides the scene: the renderer, what all drawing shares, and the files of the techniques
         that draw the scene's materials."""
         drawn_by = {binding.technique.shader for binding in plan(technique, self.outline(source)).values()}
-        own = sorted({str(path): file_digest(path) for shader in drawn_by for path in technique_files(shader)}.values())
-        shared = ("gpu/*.py", "gpu/glsl/*.*", "gpu/techniques/base.py", "math/cubemap.py", "math/sphere.py", "scene/model.py")
-        return [self.host()["gl_renderer"], package_versions("moderngl", "numpy"), source_digest(*shared), own]
+        files = {path for shader in drawn_by for path in technique_files(shader)} | set(module_files(PACKAGE / "gpu" / "draw.py"))
+        code = [file_digest(path) for path in sorted(files)]
+        return [self.host()["gl_renderer"], package_versions("moderngl", "numpy"), source_digest("scene/model.py"), code]
 
     def image(self, source: SceneSource, technique: Technique, parameters: Mapping) -> tuple[Path, dict, bool, str]:
         """GPU picture: image.exr, scored.exr and, for a sampled technique, standard_error.exr."""

@@ -26,7 +26,7 @@ from evalsuite.errors import EvalsuiteError
 from evalsuite.reference.integrators import TARGETS, integrator
 from evalsuite.reference.room import near_field
 from evalsuite.reference.variants import activate
-from evalsuite.scene.dependencies import room_path
+from evalsuite.scene.dependencies import dependencies
 from evalsuite.scene.load import LoadedScene, load
 from evalsuite.scene.model import SceneSource
 from evalsuite.store.cache import write_atomic
@@ -258,7 +258,8 @@ def _key(source: SceneSource, within_room: bool) -> str:
             return str(path)
 
     bindings = {name: dict(plugin) for name, plugin in source.bindings.items()}
-    room = room_path(source.path, source.defines) if within_room else None
-    facts = [stamp(source.path), stamp(source.environment), source.size, bindings, source.repair_environment, stamp(room)]
+    # Meshes, bitmaps and the room too: a long-lived process must see them change.
+    files = [stamp(path) for path in dependencies(source.path, source.defines)]
+    facts = [files, stamp(source.environment), source.size, bindings, source.repair_environment]
     facts += [within_room, dict(source.defines)]
     return json.dumps(facts, sort_keys=True, default=str)

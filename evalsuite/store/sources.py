@@ -29,6 +29,11 @@ def technique_files(shader: Path) -> list[Path]:
         if not module.is_file():
             return [path for path in (shader, shader.with_suffix(".toml")) if path.is_file()]
         return sorted(path for path in shader.parent.rglob("*") if path.suffix in (".py", *SHADERS) and path.is_file())
+    return module_files(module)
+
+
+def module_files(module: Path) -> list[Path]:
+    """A module of the package, what it imports from gpu and math, and the shaders that any of these names, sorted."""
     found: set[Path] = set()
     pending = [module]
     while pending:

@@ -142,3 +142,14 @@ def test_other_textures_are_refused_by_name(tmp_path):
     path.write_text(text)
     with pytest.raises(EvalsuiteError, match="textured reflectance"):
         render.load_cached(SceneSource(path)).scene.require_drawable()
+
+
+def test_an_edited_bitmap_is_read_again(tmp_path):
+    """In one process: a session of Python outlives many an edit."""
+    source = SceneSource(write_scene(tmp_path, "cube"))
+    before = render.load_cached(source)
+    assert render.load_cached(source) is before
+    Image.fromarray(smooth(9, 40, 250)).save(tmp_path / "albedo.png")
+    after = render.load_cached(source)
+    texels = [loaded.scene.materials[0].parameters["reflectance"].texels for loaded in (before, after)]
+    assert np.abs(texels[0] - texels[1]).max() > 0.05

@@ -8,7 +8,7 @@ import pytest
 
 from evalsuite.gpu.plan import COMPANIONS
 from evalsuite.gpu.techniques import TECHNIQUES
-from evalsuite.store.sources import PACKAGE, technique_files
+from evalsuite.store.sources import PACKAGE, module_files, technique_files
 
 FOLDER = PACKAGE / "gpu" / "techniques"
 
@@ -28,6 +28,17 @@ def test_a_shader_decides_few_techniques():
     assert users["mirror_cube.glsl"] == {"mirror-cube"} and users["brute_force.glsl"] == {"brute-force"}
     assert all(1 <= len(ids) <= len(TECHNIQUES) // 2 for ids in users.values()), users
     assert set(COMPANIONS.values()) <= set(TECHNIQUES)
+
+
+def test_what_all_drawing_shares_holds_no_technique_s_own_shaders():
+    """A compute shader that prefilters for some techniques must not draw all others anew."""
+    shared = set(module_files(PACKAGE / "gpu" / "draw.py"))
+    assert {PACKAGE / "gpu" / name for name in ("draw.py", "passes.py", "programs.py", "plan.py", "environment.py")} <= shared
+    assert {PACKAGE / "gpu" / "glsl" / name for name in ("main.frag", "surface.vert", "material.glsl", "resample.comp")} <= shared
+    some = {path for t in TECHNIQUES.values() for path in technique_files(t.shader) if path.suffix == ".comp"} - shared
+    assert len(some) > 5
+    for shader in some:
+        assert sum(shader in technique_files(t.shader) for t in TECHNIQUES.values()) < len(TECHNIQUES) / 2, shader
 
 
 def test_a_lone_shader_of_the_users(tmp_path: Path):
