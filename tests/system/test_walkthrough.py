@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import json
 import os
 import re
 import shutil
@@ -78,6 +79,7 @@ def test_other_mistakes_of_a_shader_s_author(evalsuite, tmp_path: Path):
     for text, about, message in (
         ("vec3 color(Surface s) { return vec3(1.0); }", "", "no function `shade`"),
         (good.replace("1.0;", "pi;"), "", "glass bead.glsl:1: got `uniform float gain = pi;`"),
+        ("uniform float exponent;\n" + good, "", "glass bead.glsl:1: got `uniform float exponent;`"),
         (good, 'bsfd = "phong"', "unknown key 'bsfd'"),
         (good, 'bsdf = "glass"', "got 'glass'"),
         (good, "bsdf = ", "glass bead.toml"),
@@ -90,3 +92,15 @@ def test_other_mistakes_of_a_shader_s_author(evalsuite, tmp_path: Path):
     shutil.copy(shader, tmp_path / "mirror-cube.glsl")
     done = evalsuite("render", "sphere", "-t", str(tmp_path / "mirror-cube.glsl"), "-o", str(tmp_path / "a.exr"))
     assert done.code == 2 and "a name of its own" in done.err
+
+
+def test_a_shader_against_every_target_bsdf(evalsuite, tmp_path: Path):
+    """A mirror-like shader is drawn and scored against each plugin that `bsdf` may name."""
+    (tmp_path / "plain.glsl").write_text("vec3 shade(Surface s) { return env_radiance(reflect(-s.to_view, s.normal)); }\n")
+    names = ("diffuse", "phong", "blinnphong", "roughconductor", "conductor")
+    words = ("-t", "plain.glsl", "--env", "sh2", "--size", "32x32", "--target", "unoccluded", "-p", f"bsdf={','.join(names)}")
+    done = evalsuite("run", "--scene", "sphere", *words, "--out", "o", "--json", cwd=tmp_path)
+    assert done.code == 0, done.err
+    errors = {c["parameters"]["bsdf"]: c["metrics"]["rel_rmse"]["value"] for c in json.loads(done.out)["cells"]}
+    assert set(errors) == set(names)
+    assert errors["conductor"] < 0.01 < errors["diffuse"]

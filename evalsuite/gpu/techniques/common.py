@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from math import isfinite
 from typing import TYPE_CHECKING
@@ -21,8 +21,16 @@ if TYPE_CHECKING:
 WHITE = (1.0, 1.0, 1.0)
 
 _LOBE = ("exponent", "specular_reflectance", "diffuse_reflectance")
-#: What the plugins have that one technique can stand for together.
-_OF_PLUGIN = {"diffuse": ("reflectance",), "phong": _LOBE, "blinnphong": _LOBE}
+_METAL = ("eta", "k", "specular_reflectance")
+#: Parameters of the plugins that `bsdf` may name where a technique stands for several.
+OF_PLUGIN: Mapping[str, tuple[str, ...]] = {
+    "diffuse": ("reflectance",),
+    "phong": _LOBE,
+    "blinnphong": _LOBE,
+    "roughconductor": ("alpha", "distribution", *_METAL),
+    "conductor": _METAL,
+}
+LAMBERT_AND_LOBES = ("diffuse", "phong", "blinnphong")
 
 
 def number(low: float = -np.inf, high: float = np.inf) -> Callable[[object], float]:
@@ -151,12 +159,13 @@ def lobe_target(plugin: str) -> Callable[[Settings], dict[str, object]]:
     }
 
 
-def bsdf_parameters(plugin: str) -> tuple[Parameter, ...]:
-    """Parameters of a technique that stands for diffuse, phong and blinnphong alike. plugin: its target's, by default."""
+def bsdf_parameters(plugin: str, plugins: Sequence[str] = LAMBERT_AND_LOBES) -> tuple[Parameter, ...]:
+    """Parameters of a technique that stands for several plugins, as far as diffuse, phong and blinnphong have them. plugin:
+    its target's, by default."""
     of_lobe = "of a phong or blinnphong target"
     return (
-        Parameter("bsdf", plugin, "plugin of the subject's target", "material", choice(*_OF_PLUGIN),
-                  f"one of {', '.join(_OF_PLUGIN)}"),
+        Parameter("bsdf", plugin, "plugin of the subject's target", "material", choice(*plugins),
+                  f"one of {', '.join(plugins)}"),
         material_parameter("exponent", 50.0, f"exponent {of_lobe}"),
         material_parameter("specular_reflectance", WHITE, f"k_s {of_lobe}"),
         material_parameter("diffuse_reflectance", (0.0, 0.0, 0.0), f"k_d {of_lobe}"),
@@ -167,7 +176,7 @@ def bsdf_parameters(plugin: str) -> tuple[Parameter, ...]:
 def named_target(settings: Settings) -> dict[str, object]:
     """The plugin that `bsdf` names, with the parameters it has."""
     plugin = str(settings["bsdf"])
-    return {"type": plugin, **{name: settings[name] for name in _OF_PLUGIN[plugin]}}
+    return {"type": plugin, **{name: settings[name] for name in OF_PLUGIN[plugin]}}
 
 
 def no_diffuse_part(material: Material) -> str | None:

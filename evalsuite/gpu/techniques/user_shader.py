@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,14 +22,6 @@ from evalsuite.scene.model import Material, Scene
 if TYPE_CHECKING:
     from evalsuite.gpu.environment import GpuEnvironment
 
-#: Target BSDFs to choose from (`bsdf` in the .toml, or -p bsdf=…) and the parameters that each takes.
-TARGETS: Mapping[str, tuple[str, ...]] = {
-    "diffuse": ("reflectance",),
-    "phong": ("exponent", "specular_reflectance", "diffuse_reflectance"),
-    "blinnphong": ("exponent", "specular_reflectance", "diffuse_reflectance"),
-    "roughconductor": ("alpha", "distribution", "eta", "k", "specular_reflectance"),
-    "conductor": ("eta", "k", "specular_reflectance"),
-}
 KEYS = ("title", "paper", "equations", "assumptions", "bsdf", "target")
 
 _UNIFORM = re.compile(
@@ -46,10 +37,6 @@ _PARSERS = {
 
 
 _GIVEN = (
-    common.material_parameter("exponent", 50.0, "exponent of a phong or blinnphong target"),
-    common.material_parameter("specular_reflectance", common.WHITE, "k_s of the target"),
-    common.material_parameter("diffuse_reflectance", (0.0, 0.0, 0.0), "k_d of a phong or blinnphong target"),
-    common.material_parameter("reflectance", (0.5, 0.5, 0.5), "reflectance of a diffuse target"),
     rough_conductor.ALPHA,
     rough_conductor.DISTRIBUTION,
     rough_conductor.ETA,
@@ -57,6 +44,9 @@ _GIVEN = (
     Parameter("time", 0.0, "what the uniform `time` holds [s]", "technique", common.number(), "a number"),
     common.FACE_SIZE,
 )
+#: What evalsuite declares itself, as uniforms or as parameters.
+_TAKEN = {p.name for p in (*common.bsdf_parameters("phong"), *_GIVEN)} | {"env_face_size", "env_max_level", "camera_position",
+                                                                         "camera_axis", "two_sided", "scored"}  # fmt: skip
 
 
 def load(path: Path) -> Technique:
@@ -75,14 +65,13 @@ def load(path: Path) -> Technique:
         paper=str(about.get("paper", "a shader of yours")),
         equations=str(about.get("equations", f"shade() in {path.name}")),
         parameters=(
-            Parameter("bsdf", bsdf, "plugin of the subject's target", "material", common.choice(*TARGETS),
-                      f"one of {', '.join(TARGETS)}"),
+            *common.bsdf_parameters(bsdf, tuple(common.OF_PLUGIN)),
             *_GIVEN,
             *own,
         ),
         assumptions=tuple(str(line) for line in about.get("assumptions", ("Not stated.",))),
-        stands_for={plugin: StandsFor(f"{plugin} as it is", everything) for plugin in TARGETS},
-        target_bsdf=target_bsdf,
+        stands_for={plugin: StandsFor(f"{plugin} as it is", everything) for plugin in common.OF_PLUGIN},
+        target_bsdf=common.named_target,
         shader=path,
         prepare=partial(prepare, _uses(text), frozenset(p.name for p in own)),
         twin=None,
@@ -105,8 +94,8 @@ def _definition(path: Path) -> dict[str, object]:
         raise EvalsuiteError(path, f"unknown key '{strange[0]}'", f"one of {', '.join(KEYS)}", "rename or remove it")
     if not isinstance(about.get("assumptions", []), list):
         raise EvalsuiteError(f"{path}, assumptions", repr(about["assumptions"]), "a list of sentences")
-    if str(about.get("bsdf", "phong")) not in TARGETS:
-        raise EvalsuiteError(f"{path}, bsdf", repr(about["bsdf"]), f"one of {', '.join(TARGETS)}")
+    if str(about.get("bsdf", "phong")) not in common.OF_PLUGIN:
+        raise EvalsuiteError(f"{path}, bsdf", repr(about["bsdf"]), f"one of {', '.join(common.OF_PLUGIN)}")
     return about
 
 
@@ -117,6 +106,9 @@ def _own_parameters(path: Path, text: str) -> list[Parameter]:
         kind, name = found["type"], found["name"]
         parse, expected = _PARSERS[kind]
         line = text.count("\n", 0, found.start("name")) + 1
+        if name in _TAKEN or name in (p.name for p in own):
+            raise EvalsuiteError(f"{path}:{line}", f"`{found[0].strip()}`", "a name that is not declared yet",
+                                 "remove the line if you mean evalsuite's, else rename it")  # fmt: skip
         initial = re.sub(r"^vec3\s*\(|\)$", "", found["value"]) if found["value"] else "0"
         try:
             default = parse(initial)
@@ -147,17 +139,11 @@ def everything(material: Material, settings: Settings) -> dict[str, object]:
     return none | lobe | {"alpha": float(phong.exponent_to_alpha(lobe["exponent"]))}
 
 
-def target_bsdf(settings: Settings) -> dict[str, object]:
-    """The plugin that `bsdf` names, with the parameters it has."""
-    plugin = str(settings["bsdf"])
-    return {"type": plugin, **{name: settings[name] for name in TARGETS[plugin]}}
-
-
 def prepare(uses: frozenset[str], own: frozenset[str], env: GpuEnvironment, settings: Settings, scene: Scene) -> Prepared:
-    """The cubemap always, SH coefficients and the BRDF table where the shader reads them, the file's own uniforms."""
+    """The map and its cubemap always, SH coefficients and the BRDF table where the shader reads them, the file's own uniforms."""
     cube = common.prepare_cube(env, settings, scene)
-    uniforms = {**cube.uniforms, "time": settings["time"], **{name: settings[name] for name in own}}
-    textures, elapsed = dict(cube.textures), cube.prepare_ms
+    uniforms = {**env.uniforms, **cube.uniforms, "time": settings["time"], **{name: settings[name] for name in own}}
+    textures, elapsed = {"env_latlong": env.latlong, **cube.textures}, cube.prepare_ms
     if "sh" in uses:
         coefficients, projecting = common.sh9(env, settings["face_size"])
         uniforms, elapsed = {**uniforms, **coefficients}, elapsed + projecting
