@@ -6,7 +6,7 @@ sub-sample: the hardware's own derivatives, hence its MIP level, stay those of o
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import log2
 
 import numpy as np
@@ -16,7 +16,7 @@ from evalsuite.gpu import camera, environment, material_maps, programs
 from evalsuite.gpu.drawing import Drawing
 from evalsuite.gpu.passes import Draw, Stage, background_draw
 from evalsuite.gpu.plan import Binding, plan, require_can_stand_for
-from evalsuite.gpu.techniques.base import Frame, Prepared, Technique
+from evalsuite.gpu.techniques.base import Frame, PassInputs, Prepared, Technique
 from evalsuite.scene.model import Scene
 
 #: Colours that material.glsl sets before a shader runs, from these values or from bitmaps.
@@ -49,12 +49,16 @@ def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], s
     total, variance = np.zeros((height, width, 4)), np.zeros((height, width, 3))
     grid = camera.subsamples(supersample)
     rounds = technique.rounds(settings[technique.id], len(grid))
-    passes = [(subsample, i) for i, subsample in enumerate(s for s in grid for _ in range(rounds))]
-    for subsample, index in passes:
+    passes = [(number, subsample) for number in range(rounds) for subsample in grid]
+    before_ms: list[float] = []
+    for index, (number, subsample) in enumerate(passes):
+        frame = Frame(index, len(grid), rounds, seed, number)
         if technique.per_pass is not None:
-            frame = Frame(index, len(grid), rounds, seed)
-            moving = technique.per_pass(frame, settings[technique.id])
-            draws = [[Draw(d.program, {**d.uniforms, **moving}, d.textures) for d in layers] for layers in draws]
+            draws = _with(draws, PassInputs(technique.per_pass(frame, settings[technique.id])))
+        before = [p.before_pass(frame, stage.clip(subsample)) for p in prepared.values() if p.before_pass]
+        for inputs in before:
+            draws = _with(draws, inputs)
+        before_ms.append(sum(inputs.ms for inputs in before))
         stage.run(subsample, draws, sky)
         total += stage.read(0)
         if technique.random:
@@ -62,14 +66,16 @@ def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], s
 
     mean = total / len(passes)
     own = prepared[technique.id]
+    shadow_ms = rounds * float(np.mean(before_ms[1:] or before_ms))
     return Drawing(
         image=mean[..., :3].astype(np.float32),
         scored=mean[..., 3].astype(np.float32),
         standard_error=(np.sqrt(variance) / len(passes)).astype(np.float32) if technique.random else None,
         # The first pass warms caches and compiles; where there are others it is left out.
         cost={
-            "gpu_ms": own.frame_ms + rounds * float(np.mean(stage.pass_ms[1:] or stage.pass_ms)),
+            "gpu_ms": own.frame_ms + shadow_ms + rounds * float(np.mean(stage.pass_ms[1:] or stage.pass_ms)),
             "prepare_ms": own.prepare_ms,
+            **({"shadow_ms": shadow_ms} if shadow_ms else {}),
             **({"acquire_ms": own.frame_ms} if own.frame_ms else {}),
         },
         mapping=[b.describe(scene, settings[b.technique.id]) for b in bindings.values()],
@@ -78,6 +84,14 @@ def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], s
         notes=tuple(own.notes) + _side_notes(scene, bindings),
         probe=own.probe,
     )
+
+
+def _with(draws: Sequence[Sequence[Draw]], inputs: PassInputs) -> list[list[Draw]]:
+    """Draws with what one pass adds to each."""
+    return [
+        [Draw(d.program, {**d.uniforms, **inputs.uniforms}, {**d.textures, **inputs.textures}) for d in layers]
+        for layers in draws
+    ]
 
 
 def _material_draws(
@@ -105,7 +119,7 @@ def _material_draws(
         "two_sided": material.two_sided,
         "scored": float(binding.scored),
     }
-    common = {**one.defines(own), **map_defines, **({"WITH_VARIANCE": 1} if one.random else {})}
+    common = {**one.defines(own), **prepared[one.id].defines, **map_defines, **({"WITH_VARIANCE": 1} if one.random else {})}
     programs_of_layers = [
         programs.technique_program(one.shader, library=one.library, vertex_stage=one.vertex_stage, defines={**common, **layer})
         for layer in one.layers(own)

@@ -72,6 +72,10 @@ class Stage:
             self._arrays[key] = context.get().vertex_array(program, content, indices, index_element_size=4)
         return self._arrays[key]
 
+    def clip(self, subsample: tuple[float, float]) -> NDArray[np.float64]:
+        """World → clip matrix of a sub-sample, (4, 4)."""
+        return camera.world_to_clip(self.scene.camera, *self._range, subsample)
+
     def run(self, subsample: tuple[float, float], materials: Sequence[Sequence[Draw]], background: Draw | None = None) -> None:
         """Depth pre-pass, then background where nothing was hit, then each mesh with its material's program.
 
@@ -79,8 +83,7 @@ class Stage:
         hide others).
         """
         gl, scene = context.get(), self.scene
-        clip = camera.world_to_clip(scene.camera, *self._range, subsample)
-        common = {"world_to_clip": clip, "camera_position": camera.position(scene.camera),
+        common = {"world_to_clip": self.clip(subsample), "camera_position": camera.position(scene.camera),
                   "camera_axis": camera.viewing_axis(scene.camera)}  # fmt: skip
         self._target.use()
         self._target.depth_mask, self._target.color_mask = True, ((True,) * 4,) * 2

@@ -19,7 +19,7 @@ _REGISTRY = PACKAGE / "gpu" / "techniques" / "__init__.py"
 def technique_files(shader: Path) -> list[Path]:
     """Files that decide a technique's pixels, sorted. shader: its GLSL file.
 
-    Of a technique of the package: the module of the same stem, what it imports from evalsuite's gpu and math (function-level
+    Of a technique of the package: the module of the same stem, what it imports from evalsuite's gpu, math and lights (function-level
     imports too), and shaders that any of these names. Of one from elsewhere: all modules and shaders of its folder, or a
     lone shader's own definition beside it.
     """
@@ -33,7 +33,7 @@ def technique_files(shader: Path) -> list[Path]:
 
 
 def module_files(module: Path) -> list[Path]:
-    """A module of the package, what it imports from gpu and math, and the shaders that any of these names, sorted."""
+    """A module of the package, what it imports from gpu, math and lights, and the shaders that any of these names, sorted."""
     found: set[Path] = set()
     pending = [module]
     while pending:
@@ -46,7 +46,7 @@ def module_files(module: Path) -> list[Path]:
 
 @lru_cache(maxsize=512)
 def _named_in(module: Path) -> tuple[Path, ...]:
-    """Modules of gpu and math that a module imports, and shaders: those of its own stem and those whose names it holds."""
+    """Modules of gpu, math and lights that a module imports, and shaders: those of its own stem and those whose names it holds."""
     tree = ast.parse(module.read_text(encoding="utf-8"))
     found = {module.with_suffix(suffix) for suffix in SHADERS}
     for node in ast.walk(tree):
@@ -61,7 +61,7 @@ def _named_in(module: Path) -> tuple[Path, ...]:
 
 def _module_files(module: str, name: str | None) -> Iterator[Path]:
     top, *rest = module.split(".")
-    if top != PACKAGE.name or not rest or rest[0] not in ("gpu", "math"):
+    if top != PACKAGE.name or not rest or rest[0] not in ("gpu", "math", "lights"):
         return
     path = PACKAGE.joinpath(*rest, *([name] if name else []))
     yield from (path.with_suffix(".py"), path / "__init__.py")

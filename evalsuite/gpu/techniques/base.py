@@ -49,7 +49,9 @@ class StandsFor:
 @dataclass(frozen=True, eq=False)
 class Prepared:
     """What an environment gives a technique's shader. prepare_ms: what making it cost, once. frame_ms: what has to be done
-    in each frame before shading. probe: {"position", "faces": (6, w, w, 3)} of a map taken within the scene's room."""
+    in each frame before shading. probe: {"position", "faces": (6, w, w, 3)} of a map taken within the scene's room. defines: of
+    the shader, as the environment decides them. before_pass: (frame, world → clip of its sub-sample, (4, 4)) → what has to be
+    drawn before that pass's shading."""
 
     uniforms: Mapping[str, object] = field(default_factory=dict)
     textures: Mapping[str, object] = field(default_factory=dict)
@@ -57,16 +59,30 @@ class Prepared:
     notes: tuple[str, ...] = ()
     frame_ms: float = 0.0
     probe: Mapping[str, object] | None = None
+    defines: Mapping[str, object] = field(default_factory=dict)
+    before_pass: Callable[[Frame, Float], PassInputs] | None = None
 
 
 @dataclass(frozen=True)
 class Frame:
-    """One pass of a picture: its number, how many sub-samples and rounds of each there are, and the picture's seed."""
+    """One pass of a picture: its number, how many sub-samples and rounds of each there are, the picture's seed, and which
+    round this is. All sub-samples of a round follow one another."""
 
     index: int
     subsamples: int
     rounds: int
     seed: int
+    round: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class PassInputs:
+    """What was drawn for one pass (shadows, say): its uniforms and textures, and what that takes in a frame of one pass a
+    round [ms]."""
+
+    uniforms: Mapping[str, object] = field(default_factory=dict)
+    textures: Mapping[str, object] = field(default_factory=dict)
+    ms: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
