@@ -96,7 +96,8 @@ class Technique:
     parameters, settings) → (N, 3) float64 radiance, an independent NumPy computation of what shade() returns. twin_bound:
     largest difference between the two over the twin's mean on a CPU renderer, for twin_bound_reason, with twin_settings.
     resolves: fill() finds material parameters in the picture, so the target waits for it. random: standard error comes with
-    the picture. within_room: it draws `scene.room`, which the scene must name. layers: `#define`s of each draw of a mesh, one
+    the picture. within_room: it draws `scene.room`, which the scene must name. casts_shadows:
+    its twin needs each light's visibility at each point beside the settings. layers: `#define`s of each draw of a mesh, one
     over the other. rounds: how many passes each sub-sample is averaged over; per_pass: uniforms of one pass. fill: (scene,
     settings, with the names "given") → values for parameters that are still open. fit: an analysis of the picture for the
     page.
@@ -122,6 +123,7 @@ class Technique:
     vertex_stage: bool = False
     random: bool = False
     within_room: bool = False
+    casts_shadows: bool = False
     defines: Callable[[Settings], Mapping[str, object]] = lambda settings: {}
     layers: Callable[[Settings], Sequence[Mapping[str, object]]] = lambda settings: ({},)
     rounds: Callable[[Settings, int], int] = lambda settings, subsamples: 1

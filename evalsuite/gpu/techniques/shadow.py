@@ -13,7 +13,7 @@ from evalsuite.lights.model import DecompositionSettings
 from evalsuite.math import lobe_grid, phong
 from evalsuite.scene.model import Environment, Material
 
-PAPER = "Environment maps decomposed into area lights, with the soft shadows of penumbra wedges (Akenine-Möller and Assarsson 2002)"
+PAPER = "Environment maps decomposed into area lights, with penumbra wedges (Akenine-Möller and Assarsson 2002) for their shadows"
 
 _DECOMPOSITION = {
     "sizes": ("filters in the bank", common.integer(1, 200), "a whole number from 1 to 200"),

@@ -17,8 +17,8 @@ from evalsuite.scene.model import Environment, Material
 
 from .helpers import rotation, scene, visible
 
-#: The sampled oracle has a Z-test against quadrature instead (test_techniques); who draws a room, a test of its own.
-TWINNED = [t for t in TECHNIQUES.values() if not t.random and not t.within_room]
+#: The sampled oracle has a Z-test against quadrature instead (test_techniques); who draws a room or shadows, tests of its own.
+TWINNED = [t for t in TECHNIQUES.values() if not t.random and not t.within_room and not t.casts_shadows]
 GPU_BOUND = 0.05  # a real GPU rounds filter weights to 8 bits
 
 # What float32 and the driver leave open, as perturbations of the twin's own inputs: where a map is steep they matter.
