@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import atexit
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -19,21 +19,25 @@ from evalsuite.execute.local import Workers
 from evalsuite.gpu import registry
 from evalsuite.gpu.plan import cannot_stand_for
 from evalsuite.image import exr
+from evalsuite.lights.model import DecompositionSettings
 from evalsuite.pipeline import Progress, Run, Settings
-from evalsuite.plan import QUALITY, TARGETS, Cell, Value, unknown
+from evalsuite.plan import DISCS, QUALITY, TARGETS, Cell, Value, unknown
 from evalsuite.scene import builtin
 from evalsuite.scene.dependencies import check_parameters
+from evalsuite.scene.dependencies import parameters as scene_parameters
 from evalsuite.scene.model import SceneSource
 from evalsuite.store.cache import Store
 
 
 @dataclass
 class SceneHandle:
-    """A scene to draw and to render. source: file, environment, size. bindings: BSDFs replaced in both renderers, by id;
-    `render` with a technique sets them, as a report does for its cells, and `reference` then renders the same materials."""
+    """A scene to draw and to render. source: file, environment, size. bindings: BSDFs replaced in both renderers, by id.
+    decomposition: how an environment is taken apart into area lights and a remainder. `render` with a technique sets both, as
+    a report does for its cells, and `reference` then renders the same materials and lights."""
 
     source: SceneSource
     bindings: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
+    decomposition: DecompositionSettings = field(default_factory=DecompositionSettings)
 
     @property
     def bound(self) -> SceneSource:
@@ -119,7 +123,7 @@ def render(
             "a scene that the technique can draw",
             "choose another technique, or give a material with a parameter such as exponent=64",
         )
-    scene.bindings = source.bindings
+    scene.bindings, scene.decomposition = source.bindings, DecompositionSettings.of(filled)
     return exr.read(run.image(source, chosen, filled)[0] / "image.exr")
 
 
@@ -130,15 +134,18 @@ def reference(
     target_error: float = QUALITY["draft"][0],
     max_spp: int = QUALITY["publication"][1],
     seed: int = 0,
+    **decomposition: Value,
 ) -> Reference:
     """Mitsuba ground truth of the scene with the materials that the last `render` of it bound (its own, before any).
 
     target: `evalsuite list targets`. target_error: relative standard error to reach (mean over the mask, over the mean
-    radiance there). max_spp: cap on samples per pixel. Raises EvalsuiteError for bad input."""
+    radiance there). max_spp: cap on samples per pixel. decomposition: settings of the environment's decomposition by name
+    (stop=0.05), for the targets `discs*`; those not given are the last `render`'s. Raises EvalsuiteError for bad input."""
     if target not in TARGETS:
         raise unknown("target", target, TARGETS, "`evalsuite list targets`")
+    settings = replace(scene.decomposition, **_decomposition(target, decomposition))
     run = _run(Settings(target_error=target_error, cap=max_spp, size=scene.source.size))
-    place, meta, *_ = run.reference(scene.bound, target, seed)
+    place, meta, *_ = run.reference(scene.bound, target, seed, settings)
     with np.load(place / "halves.npz") as halves:
         a, b = halves["a"], halves["b"]
     return Reference(
@@ -150,6 +157,29 @@ def reference(
         meta["reached_error"],
         meta["capped"],
     )
+
+
+def _decomposition(target: str, given: Mapping[str, Value]) -> dict[str, object]:
+    """Settings of the decomposition, each in its type. Raises EvalsuiteError for unknown names and values."""
+    from evalsuite.gpu.techniques.shadow import DECOMPOSITION
+
+    known = {parameter.name: parameter for parameter in DECOMPOSITION} if target in DISCS else {}
+    parsed = {}
+    for name, value in given.items():
+        if name not in known:
+            expected = f"one of {', '.join(known)}" if known else f"none: only {', '.join(DISCS)} take the environment apart"
+            raise EvalsuiteError(f"target {target}", f"the parameter '{name}'", expected)
+        try:
+            parsed[name] = known[name].parse(value)
+        except (TypeError, ValueError) as error:
+            raise EvalsuiteError(f"target {target}, parameter {name}", repr(value), known[name].expected) from error
+    return parsed
+
+
+def of_decomposition(scene: str | Path, target: str, given: Mapping[str, Value]) -> dict[str, Value]:
+    """Those of the given parameters that `reference` takes for a target; the scene comes first with its own of that name."""
+    names = {f.name for f in fields(DecompositionSettings)} if target in DISCS else set()
+    return {name: value for name, value in given.items() if name in names - set(scene_parameters(builtin.scene_path(str(scene))))}
 
 
 def compare(

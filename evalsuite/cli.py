@@ -243,17 +243,19 @@ def reference(
     seed: Seed = 0,
     repair_env: RepairEnv = False,
 ) -> None:
-    """Render one Mitsuba picture with its standard error as a second EXR part."""
+    """Render one Mitsuba picture with its standard error as a second EXR part. The targets discs* take -p for their
+    decomposition too (stop=0.05)."""
     from evalsuite import api
     from evalsuite.image import exr
     from evalsuite.plan import parse_parameters
 
     _require_exr(output)
     error, cap = _error(quality, target_error)
-    defines = {name: values[0] for name, values in parse_parameters(param or []).items()}
-    handle = _load(api, scene, env, size, repair_env, defines)
+    given = {name: values[0] for name, values in parse_parameters(param or []).items()}
+    settings = api.of_decomposition(scene, target, given)
+    handle = _load(api, scene, env, size, repair_env, {k: v for k, v in given.items() if k not in settings})
     with err.status(f"rendering {escape(scene)}, {escape(target)}"):
-        result = api.reference(handle, target, target_error=error, max_spp=cap, seed=seed)
+        result = api.reference(handle, target, target_error=error, max_spp=cap, seed=seed, **settings)
     exr.write(
         output,
         {"reference": result.mean, "standard_error": result.standard_error},

@@ -20,6 +20,7 @@ from evalsuite.gpu import registry
 from evalsuite.gpu.plan import cannot_stand_for
 from evalsuite.gpu.techniques.base import LOOKUP, Technique
 from evalsuite.image.color import luminance
+from evalsuite.lights.model import DecompositionSettings
 from evalsuite.plan import NEAR_FIELD, Cell
 from evalsuite.scene import builtin
 from evalsuite.scene.model import OWN, SUBJECT, Scene, SceneSource
@@ -131,7 +132,9 @@ class Run(Steps):
         certificate = self.certificate(source)
         result["certificate"] = certificate
         image, image_meta, image_cached, image_key = self.image(source, technique, parameters)
-        reference, reference_meta, reference_cached, reference_key = self.reference(source, cell.target, self.settings.seed)
+        reference, reference_meta, reference_cached, reference_key = self.reference(
+            source, cell.target, self.settings.seed, DecompositionSettings.of(parameters)
+        )
         result["all_parameters"] = image_meta["parameters"] | dict.fromkeys(kept, "the scene's own bitmap") | dict(cell.defines)
         result["mapping"], result["fit"] = image_meta["mapping"], image_meta["fit"]
         result["notes"] += image_meta["notes"]

@@ -34,9 +34,16 @@ QUALITY: Mapping[str, tuple[float, int]] = {
 #: The target that only scenes with a room have.
 NEAR_FIELD = "near-field"
 
+#: The targets that take the environment apart (`lights.model`), and so depend on how.
+DISCS = ("discs-unshadowed", "discs-centre", "discs", "discs-shadowed")
+
 #: Targets in order of truth, as in `reference.integrators`.
 TARGETS: Mapping[str, str] = {
     "unoccluded": "environment × BRDF with horizon, no visibility",
+    "discs-unshadowed": "the environment taken apart into area lights (flat discs) and a remainder, no visibility",
+    "discs-centre": "as `discs`, but each area light shaded from its centre, with the visible part of its disc",
+    "discs": "the environment's area lights with visibility, the remainder without",
+    "discs-shadowed": "area lights and remainder with visibility",
     "direct": "with visibility: light straight from the environment (and area lights)",
     "path": "with visibility and interreflection",
     NEAR_FIELD: "the same within the real room, for scenes that name one",

@@ -22,7 +22,8 @@ from evalsuite.gpu.plan import plan
 from evalsuite.gpu.techniques.base import LOOKUP, Technique
 from evalsuite.image import exr
 from evalsuite.image.color import luminance
-from evalsuite.plan import QUALITY
+from evalsuite.lights.model import DecompositionSettings
+from evalsuite.plan import DISCS, QUALITY
 from evalsuite.scene.dependencies import dependencies
 from evalsuite.scene.model import GBuffer, Scene, SceneSource
 from evalsuite.scene.outline import outline_from_json, outline_to_json
@@ -227,12 +228,19 @@ class Steps:
 
         return (*self.once("image", key, make), key)
 
-    def reference(self, source: SceneSource, target: str, seed: int = 0) -> tuple[Path, dict, bool, str]:
-        """Mitsuba picture: reference.exr, standard_error.exr, halves.npz; meta: samples, reached error, seconds."""
+    def reference(
+        self, source: SceneSource, target: str, seed: int = 0, decomposition: DecompositionSettings | None = None
+    ) -> tuple[Path, dict, bool, str]:
+        """Mitsuba picture: reference.exr, standard_error.exr, halves.npz; meta: samples, reached error, seconds.
+        decomposition: how the targets `discs*` take the environment apart (None: with the default settings)."""
         settings = self.settings
         plan = {"target": target, "target_error": settings.target_error, "cap": settings.cap, "seed": seed}
         formulas = ("math/npr.py",) if target == LOOKUP else ()
-        key = digest([self.fingerprint(source), plan, source_digest("reference", "compare/mask.py", *formulas)])
+        code = [source_digest("reference", "compare/mask.py", *formulas)]
+        if target in DISCS:
+            plan["decomposition"] = decomposition or DecompositionSettings()
+            code += [file_digest(path) for path in module_files(PACKAGE / "lights" / "decompose.py")]
+        key = digest([self.fingerprint(source), plan, *code])
 
         def make() -> tuple[Path, dict]:
             self.model(source)  # a scene that does not load says so in its own words

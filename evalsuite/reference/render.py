@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from evalsuite.errors import EvalsuiteError
+from evalsuite.lights.model import DecompositionSettings
 from evalsuite.reference.integrators import TARGETS, integrator
 from evalsuite.reference.room import near_field
 from evalsuite.reference.variants import activate
@@ -124,14 +125,22 @@ def fresh(source: SceneSource, seed: int = 0, pass_spp: int = RUNGS[1], seconds:
     return RenderState(zeros, zeros, zeros, pass_spp, 0, seed, seconds)
 
 
-def advance(source: SceneSource, target: str, state: RenderState | None, passes: int, seed: int = 0) -> RenderState:
+def advance(
+    source: SceneSource,
+    target: str,
+    state: RenderState | None,
+    passes: int,
+    seed: int = 0,
+    decomposition: DecompositionSettings | None = None,
+) -> RenderState:
     """The state after `passes` more passes of `target`.
 
-    state: None to start. seed: of the run; a state keeps its own. Raises EvalsuiteError for a scene that cannot be loaded,
+    state: None to start. seed: of the run; a state keeps its own. decomposition: how a target that takes the environment
+    apart does so (None: with the default settings). Raises EvalsuiteError for a scene that cannot be loaded,
     an unknown target, or samples that are NaN or Inf (never swept away).
     """
     loaded = load_cached(source, target in TARGETS and TARGETS[target].within_room)
-    chosen = integrator(target)
+    chosen = integrator(target, loaded.scene.environment, decomposition)
     width, height = loaded.scene.camera.size
     if state is None:
         state = fresh(source, seed)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from evalsuite.lights.model import DecompositionSettings
 from evalsuite.reference import render, room, variants
 from evalsuite.reference.gbuffer import trace_gbuffer
 from evalsuite.reference.render import RenderState
@@ -38,9 +39,16 @@ def gbuffer(source: SceneSource, supersample: int = 4) -> GBuffer:
     return trace_gbuffer(render.load_cached(source), supersample)
 
 
-def advance(source: SceneSource, target: str, state: RenderState | None, passes: int, seed: int = 0) -> RenderState:
+def advance(
+    source: SceneSource,
+    target: str,
+    state: RenderState | None,
+    passes: int,
+    seed: int = 0,
+    decomposition: DecompositionSettings | None = None,
+) -> RenderState:
     """The reference after `passes` more passes; see `render.advance`."""
-    return render.advance(source, target, state, passes, seed)
+    return render.advance(source, target, state, passes, seed, decomposition)
 
 
 #: Passes between two looks at the error, which is also how much work a killed run can lose: a few seconds.
@@ -56,14 +64,16 @@ def sample(source: SceneSource, plan: Mapping[str, Any], mask: NDArray[np.bool_]
     """One step of a reference: continue from the file `partial` (if there is one), a few passes further, and leave the state
     there; the step that reaches the goal returns the picture instead and leaves the file alone.
 
-    plan: target, target_error, cap (samples per pixel), seed. mask: (H, W), where the error counts.
+    plan: target, target_error, cap (samples per pixel), seed, and decomposition where the target has one. mask: (H, W),
+    where the error counts.
     Returns done, spp, passes, reached_error, capped, seconds, and when done mean, standard_error and halves.
     """
     path = Path(partial)
     state = render.load_state(path, plan["seed"]) or render.fresh(source, plan["seed"], render.RUNGS[0])
     passes = render.plan(state, plan["target_error"], plan["cap"], mask)
     if passes:
-        state = render.advance(source, plan["target"], state, min(passes, PASSES_PER_STEP), plan["seed"])
+        passes, decomposition = min(passes, PASSES_PER_STEP), plan.get("decomposition")
+        state = render.advance(source, plan["target"], state, passes, plan["seed"], decomposition)
     reached = render.relative_error(state, mask)
     done = render.plan(state, plan["target_error"], plan["cap"], mask) == 0
     step = {
