@@ -272,6 +272,18 @@ def test_lobes_over_discs_are_the_plain_sum(tmp_path, apart, name, two_sided):
     assert np.abs(centre / exact - 1).max() > 0.01
 
 
+def test_a_hidden_disc_gives_no_light(tmp_path, apart):
+    """Neither to samples of the disc nor to those of the lobe, which meets it everywhere."""
+    ceiling = """<shape type="rectangle"><transform name="to_world"><rotate x="1" angle="90"/><scale value="200"/>
+      <translate y="5"/></transform></shape>"""
+    floor = FLOOR.replace("diffuse", "phong").replace('name="reflectance"', 'name="diffuse_reflectance"')
+    source = write(tmp_path, floor + ceiling, BLACK, "0,4,0.1", "0,0,0")
+    apart([light((0, 1, 0), 40, 5.0)], BLACK)
+    assert worker.advance(source, "discs-unshadowed", None, 1).mean.min() > 0.5
+    for target in ("discs", "discs-shadowed", "discs-centre"):
+        assert not worker.advance(source, target, None, 4).mean.any()
+
+
 def test_seeds(tmp_path, apart):
     source = write(tmp_path, CUBE + FLOOR, BLACK + 0.3)
     apart([light((1, 2, 1), 15, 5.0), light((1, 1, 1), 4, 9.0)], BLACK + 0.2)
