@@ -1,8 +1,8 @@
 """Penumbra wedges (Akenine-Möller and Assarsson 2002) for discs at infinity: visibility of each light in each pixel.
 
-In each frame, on the GPU: planes of the triangles and records of the edges (compute); positions of what the camera sees; for
-each light hard shadow volumes of the silhouette edges, whose sides count the layers between a pixel and the light's centre, and
-wedges around the edges, in which each pixel adds the part of the disc between edge and rim. Both go into one float buffer.
+In each frame, on the GPU: planes of the triangles; positions of what the camera sees; for each light its silhouette edges, hard
+shadow volumes of them, whose sides count the layers between a pixel and the light's centre, and wedges around them, in which
+each pixel adds the part of the disc between edge and rim. Both go into one float buffer.
 
 Sides are counted from the camera to the pixel ("z-pass"), with no caps: nothing opaque lies in between, and whether the camera
 itself is in shadow is counted apart. Whether a side is crossed is asked of the pixel's position, with the same words and bits as
@@ -102,13 +102,14 @@ class Wedges:
         ]
         self._planes = gl.buffer(reserve=16 * max(self.faces, 1))
         self._records = gl.buffer(reserve=64 * max(self.edges, 1))
+        self._commands = gl.buffer(reserve=40)
         self.move(made.positions, made.raw)
 
         self._plane_shader = programs.compute((_part("planes.comp"),))
-        self._edge_shader = programs.compute((_part("edges.comp"),))
         self._resolve = programs.compute((_part("resolve.comp"),))
         side, edge = _part("side.glsl"), _part("edge.glsl")
         defines = (("CENTRE", 1),) if centre else ()
+        self._silhouettes = programs.compute((_part("silhouettes.comp"),), defines)
         self._position = programs.program((_part("position.vert"),), (_part("position.frag"),))
         self._hard = programs.program((side, edge, _part("hard.vert")), (side, _part("hard.frag")))
         self._wedge = programs.program((side, edge, _part("wedge.vert")), (side, _part("wedge.frag")), defines)
@@ -131,6 +132,7 @@ class Wedges:
         self._positions.write(_padded(np.asarray(positions, np.float32)).tobytes())
         self._raw.write(self.raw.tobytes())
         facts = [layers_above(self._camera, direction, self.raw) for direction in self.directions]
+        self._lowest = (self.raw.reshape(-1, 3) @ self.directions.T).min(axis=0) - 1e-3 * self.size
         self._camera_layers = [(float(facing), float(away)) for facing, away in facts]
 
     def _instanced(self, program: moderngl.Program) -> moderngl.VertexArray:
@@ -147,7 +149,7 @@ class Wedges:
 
     def _draw(self, clip: NDArray) -> None:
         gl = context.get()
-        self._adjust_edges()
+        self._orient()
         self._see(clip)
         gl.enable_direct(DEPTH_CLAMP)  # neither plane cuts a volume open
         gl.blend_func = (moderngl.ONE, moderngl.ONE)
@@ -164,17 +166,14 @@ class Wedges:
         gl.depth_func = "<="
         gl.enable_only(moderngl.DEPTH_TEST)
 
-    def _adjust_edges(self) -> None:
-        gl = context.get()
-        buffers = [self._positions, self._static[0], self._planes, self._static[1], self._records]
-        for unit, buffer in enumerate(buffers):
+    def _orient(self) -> None:
+        """The triangles' planes, where the vertices are now."""
+        for unit, buffer in enumerate([self._positions, self._static[0], self._planes, self._static[1], self._records]):
             buffer.bind_to_storage_buffer(unit)
+        self._commands.bind_to_storage_buffer(5)
         programs.set_uniforms(self._plane_shader, {"faces": self.faces})
         self._plane_shader.run((self.faces + 63) // 64)
-        gl.memory_barrier()
-        programs.set_uniforms(self._edge_shader, {"edges": self.edges})
-        self._edge_shader.run((self.edges + 63) // 64)
-        gl.memory_barrier()
+        context.get().memory_barrier()
 
     def _see(self, clip: NDArray) -> None:
         gl = context.get()
@@ -191,21 +190,26 @@ class Wedges:
         tangent, bitangent = tangent_frame(direction)
         common = {"to_light": direction, "tangent": tangent, "bitangent": bitangent, "world_to_clip": clip,
                   "camera_position": self._camera}  # fmt: skip
+        programs.set_uniforms(
+            self._silhouettes, {"edges": self.edges, "to_light": direction, "sin_radius": float(np.sin(radius))}
+        )
+        self._silhouettes.run()
+        gl.memory_barrier()
         self._covered_target.use()
         self._covered_target.depth_mask = False
         self._covered_target.clear(*self._camera_layers[light], 0.0, 0.0)  # the depth stays: it may not be written
         gl.enable_only(moderngl.BLEND)
         programs.set_uniforms(self._hard, common)
         programs.bind_textures(self._hard, {"positions": self._seen})
-        self._sides.render(moderngl.TRIANGLES, vertices=3, instances=self.edges)
+        self._sides.render_indirect(self._commands, moderngl.TRIANGLES, count=1)
         # Back faces behind the pixel: what lies before the wedge is left to the shader, and the camera may be within.
         gl.enable_only(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         gl.cull_face, gl.depth_func = "front", ">="
-        wedge = {"tan_radius": np.tan(radius), "sin_radius": np.sin(radius), "reach": 2.0 * self.size,
+        wedge = {"tan_radius": np.tan(radius), "lowest": self._lowest[light],
                  "shortest": SHORTEST * self.size, "coplanar": COPLANAR * self.size}  # fmt: skip
         programs.set_uniforms(self._wedge, {**common, **{k: float(v) for k, v in wedge.items()}})
         programs.bind_textures(self._wedge, {"positions": self._seen})
-        self._wedges.render(moderngl.TRIANGLES, vertices=24, instances=self.edges)
+        self._wedges.render_indirect(self._commands, moderngl.TRIANGLES, count=1, first=1)
 
     def read(self) -> NDArray[np.float32]:
         """Visibility as last drawn, (L, H, W), row 0 at the top."""
