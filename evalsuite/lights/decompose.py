@@ -1,0 +1,221 @@
+"""An environment map as disc-shaped area lights and what is left: the bright, compact regions, one after another.
+
+A circular centre-surround filter finds them: weight 1 within r_i, `surround` between r_i and r_o = r_i/inner, divided by its
+angular extent 2 r_o. In each round the largest response over all sizes and over the brightest texels becomes a light: the disc
+of radius r_i with the energy of its texels, which turn black.
+
+Energy is kept by construction: a light has Σ L ω of the texels that it takes, with the exact weights ω of `math.sphere`.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from evalsuite.errors import EvalsuiteError
+from evalsuite.lights.filter_bank import TEXELS_A_RADIUS, Pyramid
+from evalsuite.lights.model import Decomposition, DecompositionSettings, Light
+from evalsuite.math.sphere import latlong_directions, latlong_solid_angles
+from evalsuite.scene.model import Environment
+
+Float = NDArray[np.float64]
+PAPER = DecompositionSettings()
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # Rec.709, linear
+#: A filter wider than the bright region responds alike wherever it covers all of it. Centres whose response is within this part
+#: of the largest, and within this part of r_i of its place, count as one, and their mean is the light's.
+TIE, TIE_REACH = 5e-3, 0.35
+_FINE = 40.0  # texels a radius when a light is placed
+
+
+def radii(settings: DecompositionSettings) -> Float:
+    """r_i of the bank's filters, ascending [rad]."""
+    low, high = np.radians([settings.smallest_deg, settings.largest_deg]) / 2.0
+    extents = (
+        np.geomspace(low, high, settings.sizes) if settings.spacing == "geometric" else np.linspace(low, high, settings.sizes)
+    )
+    return settings.inner * extents
+
+
+def check(settings: DecompositionSettings) -> DecompositionSettings:
+    """The settings, or EvalsuiteError where they make no sense."""
+    wrong = {
+        "sizes": (settings.sizes, settings.sizes >= 1, "at least 1"),
+        "smallest_deg": (settings.smallest_deg, 0 < settings.smallest_deg <= settings.largest_deg, "above 0, up to largest_deg"),
+        "largest_deg": (settings.largest_deg, settings.largest_deg <= 170.0, "up to 170"),
+        "spacing": (settings.spacing, settings.spacing in ("geometric", "linear"), "geometric or linear"),
+        "inner": (settings.inner, 0 < settings.inner < 1, "between 0 and 1"),
+        "surround": (settings.surround, settings.surround < 0, "a negative number"),
+        "candidates": (settings.candidates, 0 < settings.candidates <= 1, "above 0, up to 1"),
+        "stop": (settings.stop, 0 <= settings.stop < 1, "from 0, below 1"),
+        "max_lights": (settings.max_lights, settings.max_lights >= 0, "0 or more"),
+    }
+    for name, (value, right, expected) in wrong.items():
+        if not right:
+            raise EvalsuiteError(f"decomposition, {name}", f"{value}", expected)
+    return settings
+
+
+@lru_cache(maxsize=8)
+def of(environment: Environment, settings: DecompositionSettings) -> Decomposition:
+    """The decomposition of a scene's environment; directions are in its local frame. Raises EvalsuiteError."""
+    return decompose(environment.radiance, settings)
+
+
+def decompose(radiance: ArrayLike, settings: DecompositionSettings = PAPER) -> Decomposition:
+    """Lights and remainder of a lat-long map (H, W, 3) of radiance, in the layout of `math.sphere`.
+
+    Raises EvalsuiteError for settings that make no sense.
+    """
+    check(settings)
+    rest = np.array(radiance, np.float32)
+    height, width = rest.shape[:2]
+    if height < 3 or width < 4:
+        return Decomposition((), rest)
+    search = _Search(rest, settings)
+    omega = latlong_solid_angles(height, width)
+    directions = latlong_directions(height, width)
+    lights: list[Light] = []
+    table: list[dict] = []
+    total = np.zeros(3)
+    while len(lights) < settings.max_lights:
+        found = search.best()
+        if found is None:
+            break
+        response, radius, centre = found
+        if response <= settings.least_response:
+            table.append({"response": response, "angular_radius_deg": float(np.degrees(radius)), "kept": False,
+                          "ended_by": "least_response"})  # fmt: skip
+            break
+        # |d − c|² = 2 (1 − cos): exact for small discs, where d·c is not.
+        taken = ((directions - centre) ** 2).sum(-1) <= 4.0 * np.sin(0.5 * radius) ** 2
+        irradiance = (rest[taken].astype(np.float64) * omega[taken][:, None]).sum(0)
+        before = float(total @ LUMINANCE)
+        ratio = float(irradiance @ LUMINANCE) / before if before > 0 else None
+        row = {
+            "response": response,
+            "angular_radius_deg": float(np.degrees(radius)),
+            "irradiance": [float(x) for x in irradiance],
+            "ratio_to_sum_before": ratio,
+            "kept": ratio is None or ratio >= settings.stop,
+        }
+        table.append(row)
+        if not irradiance @ LUMINANCE > 0.0:
+            row |= {"kept": False, "ended_by": "black"}
+            break
+        if not row["kept"]:
+            row["ended_by"] = "stop"
+            break
+        lights.append(Light(tuple(float(x) for x in centre), float(radius), tuple(float(x) for x in irradiance)))
+        total += irradiance
+        rest[taken] = 0.0
+        search.remove(np.flatnonzero(taken), centre, radius)
+    return Decomposition(tuple(lights), rest, tuple(table))
+
+
+def flat_discs(found: Decomposition, subsamples: int = 4) -> NDArray[np.float32]:
+    """The lights as a lat-long map of the decomposed one's shape, (H, W, 3) radiance: each disc flat, texels on its edge in
+    proportion to what it covers of them, and each light's energy Σ L ω exactly its irradiance."""
+    height, width = found.shape
+    omega, out = latlong_solid_angles(height, width), np.zeros((height, width, 3))
+    offset = (np.arange(subsamples) + 0.5) / subsamples - 0.5
+    for light in found.lights:
+        centre, covered = np.asarray(light.direction), np.zeros((height, width))
+        reach = light.angular_radius + 2.0 * np.pi / min(width, height)
+        theta = np.arange(height) * np.pi / (height - 1)
+        rows = np.flatnonzero(np.abs(theta - np.arccos(np.clip(centre[1], -1, 1))) <= reach)
+        for dy in offset:
+            t = np.clip(theta[rows] + dy * np.pi / (height - 1), 0.0, np.pi)
+            for dx in offset:
+                phi = 2.0 * np.pi * (np.arange(width) + 0.5 + dx) / width
+                cosine = np.outer(np.sin(t), np.sin(phi) * centre[0] - np.cos(phi) * centre[2]) + np.cos(t)[:, None] * centre[1]
+                covered[rows] += cosine >= np.cos(light.angular_radius)
+        energy = float((covered * omega).sum())
+        if energy > 0.0:
+            out += covered[..., None] * (np.asarray(light.irradiance) / energy)
+    return out.astype(np.float32)
+
+
+class _Search:
+    """Responses of the bank at the brightest texels, kept from light to light where nothing near has changed."""
+
+    def __init__(self, radiance: NDArray[np.float32], settings: DecompositionSettings) -> None:
+        self.settings, self.radii = settings, radii(settings)
+        height, width = radiance.shape[:2]
+        self.luminance = np.maximum(radiance.astype(np.float64) @ LUMINANCE, 0.0).ravel()
+        omega = latlong_solid_angles(height, width).ravel()
+        self.pyramid = Pyramid((self.luminance * omega).reshape(height, width))
+        self.level = [self.pyramid.level(r / TEXELS_A_RADIUS) for r in self.radii]
+        self.response = [np.full(self.pyramid.levels[k].energy.size, np.nan) for k in self.level]
+
+    def _candidates(self) -> NDArray[np.int64]:
+        """Flat indices of the brightest texels, none of them black."""
+        count = max(1, int(self.settings.candidates * len(self.luminance)))
+        threshold = np.partition(self.luminance, -count)[-count]
+        above = np.flatnonzero(self.luminance > threshold)
+        level = np.flatnonzero(self.luminance == threshold)  # equals fill up, spread over the map
+        if threshold > 0.0 and len(above) < count:
+            wanted = count - len(above)
+            level = level[np.linspace(0, len(level) - 1, wanted).astype(np.int64)] if wanted < len(level) else level
+            above = np.union1d(above, level)
+        return above
+
+    def _respond(self, size: int, level: int, index: NDArray[np.int64]) -> Float:
+        inner = self.radii[size]
+        outer = inner / self.settings.inner
+        grid = self.pyramid.levels[level]
+        centre = grid.disc_sums(index, inner)
+        return (centre + self.settings.surround * (grid.disc_sums(index, outer) - centre)) / (2.0 * outer)
+
+    def best(self) -> tuple[float, float, Float] | None:
+        """(response, r_i, unit direction) of the filter that responds most; None for a map without light."""
+        candidates = self._candidates()
+        if len(candidates) == 0:
+            return None
+        best: list[tuple[float, int, int]] = []
+        for size, level in enumerate(self.level):
+            index = self.pyramid.coarse_index(candidates, level)
+            unknown = index[np.isnan(self.response[size][index])]
+            if len(unknown):
+                self.response[size][unknown] = self._respond(size, level, unknown)
+            values = self.response[size][index]
+            at = int(np.argmax(values))
+            best.append((float(values[at]), size, int(index[at])))
+        best.sort(reverse=True)
+        # Coarse levels err by a few per cent: the best of each of the best few sizes are looked at closely.
+        return max((self._place(size, index) for _, size, index in best[:6]), key=lambda found: found[0])
+
+    def _place(self, size: int, index: int) -> tuple[float, float, Float]:
+        """A response looked at on a finer level, and where its light is."""
+        radius = self.radii[size]
+        about = self.pyramid.levels[self.level[size]].directions(np.array([index]))[0]
+        level = self.pyramid.level(max(radius / _FINE, self.pyramid.levels[0].spacing))
+        grid = self.pyramid.levels[level]
+        near = _within(grid, about, 2.0 * TIE_REACH * radius + self.pyramid.levels[self.level[size]].spacing)
+        values = self._respond(size, level, near)
+        top = int(np.argmax(values))
+        peak, directions = values[top], grid.directions(near)
+        close = ((directions - directions[top]) ** 2).sum(-1) <= (TIE_REACH * radius) ** 2
+        tied = directions[close & (values >= peak - TIE * abs(peak))]
+        # By solid angle: rows near a pole are crowded.
+        weight = np.sqrt(np.maximum(1.0 - tied[:, 1] ** 2, 1e-12))
+        middle = (tied * weight[:, None]).sum(0)
+        return float(peak), float(radius), middle / np.linalg.norm(middle)
+
+    def remove(self, index: NDArray[np.int64], centre: Float, radius: float) -> None:
+        """Black texels, by flat index; responses whose filters reach them are forgotten."""
+        self.luminance[index] = 0.0
+        self.pyramid.remove(index)
+        for size, level in enumerate(self.level):
+            reach = radius + self.radii[size] / self.settings.inner + 2.0 * self.pyramid.levels[level].spacing
+            self.response[size][_within(self.pyramid.levels[level], centre, reach)] = np.nan
+
+
+def _within(grid, centre: Float, radius: float) -> NDArray[np.int64]:
+    """Flat indices of a level's texels within a radius [rad] of a direction."""
+    theta = np.arccos(np.clip(centre[1], -1.0, 1.0))
+    rows = np.flatnonzero(np.abs(grid.theta - theta) <= radius)
+    index = (rows[:, None] * grid.width + np.arange(grid.width)).ravel()
+    near = ((grid.directions(index) - centre) ** 2).sum(-1) <= 4.0 * np.sin(0.5 * min(radius, np.pi)) ** 2
+    return index[near]

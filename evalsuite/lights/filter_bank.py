@@ -1,0 +1,160 @@
+"""Sums of a lat-long map over discs of the sphere, for many centres at once.
+
+On a lat-long map every row meets a disc in one interval, so the sum is one difference of row prefix sums a row:
+Δφ = acos((cos r − cos θ cos θ_j)/(sin θ sin θ_j)). The rows are few: a disc is summed on the level of a pyramid whose texels are
+a third of its radius or less, so that the cost of a centre does not grow with the map.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from evalsuite.math.sphere import latlong_solid_angles
+
+Float = NDArray[np.float64]
+TEXELS_A_RADIUS = 3.0
+SMALLEST_ROWS = 16  # a level below this many rows would save nothing
+_BATCH = 1 << 21
+
+
+@dataclass(eq=False)
+class Level:
+    """A map's energy on a grid of rows × columns. energy: (H, W), ∫ L dω of each texel. Rows sit at θ = jπ/(H − 1), columns at
+    φ = 2π(i + ½)/W."""
+
+    energy: Float
+
+    def __post_init__(self) -> None:
+        self.height, self.width = self.energy.shape
+        self.spacing = np.pi / max(self.height - 1, 1)
+        self.theta = np.arange(self.height) * self.spacing
+        # Prefix sums over three turns: an interval may begin before the map's left edge and end past its right one.
+        self._prefix = np.zeros((self.height, 3 * self.width + 1))
+        self.update(np.arange(self.height))
+
+    def update(self, rows: NDArray[np.int64]) -> None:
+        """Take over changed rows of `energy`."""
+        self._prefix[rows, 1:] = np.cumsum(np.tile(self.energy[rows], 3), axis=1)
+
+    def directions(self, index: NDArray[np.int64]) -> Float:
+        """Unit directions (N, 3) of texels by their flat index, local frame of `math.sphere`."""
+        row, column = np.divmod(index, self.width)
+        phi, sine = 2.0 * np.pi * (column + 0.5) / self.width, np.sin(self.theta[row])
+        return np.stack([sine * np.sin(phi), np.cos(self.theta[row]), -sine * np.cos(phi)], axis=-1)
+
+    def disc_sums(self, index: NDArray[np.int64], radius: float) -> Float:
+        """Energy within a radius [rad] of the centres of texels, (N,), with the grid's own area error divided out."""
+        half_width, first, share = self._intervals(radius)
+        out = np.empty(len(index))
+        step = max(1, _BATCH // half_width.shape[1])
+        flat = self._prefix.ravel()
+        stride = self._prefix.shape[1]
+        for start in range(0, len(index), step):
+            row, column = np.divmod(index[start : start + step], self.width)
+            rows = np.clip(first[row][:, None] + np.arange(half_width.shape[1]), 0, self.height - 1) * stride
+            middle, half = (column + 0.5 + self.width)[:, None], half_width[row]
+            out[start : start + step] = (_at(flat, rows, middle + half) - _at(flat, rows, middle - half)).sum(1) * share[row]
+        return out
+
+    def _intervals(self, radius: float) -> tuple[Float, NDArray[np.int64], Float]:
+        """For centres in each row: half widths [columns] of the intervals in the rows that the disc meets, (H, R); the first of
+        those rows, (H,); what the sums have to be multiplied by so that a constant map gives 2π(1 − cos r), (H,)."""
+        reach = int(np.ceil(radius / self.spacing))
+        first = np.arange(self.height) - reach
+        rows = first[:, None] + np.arange(2 * reach + 1)
+        outside = (rows < 0) | (rows >= self.height)
+        theta = np.clip(rows, 0, self.height - 1) * self.spacing
+        centre = self.theta[:, None]
+        above = np.cos(radius) - np.cos(centre) * np.cos(theta)
+        below = np.sin(centre) * np.sin(theta)
+        # At a pole every column is in the disc, or none is.
+        cosine = np.divide(above, below, out=np.where(above <= 1e-12, -1.0, 1.0), where=below > 1e-9)
+        half = np.where(outside, 0.0, np.arccos(np.clip(cosine, -1.0, 1.0))) * self.width / (2.0 * np.pi)
+        weight = latlong_solid_angles(self.height, 1)[:, 0]
+        area = (half * weight[np.clip(rows, 0, self.height - 1)]).sum(1) * 2.0 / self.width
+        exact = 4.0 * np.pi * np.sin(0.5 * radius) ** 2
+        return half, first, np.divide(exact, area, out=np.ones_like(area), where=area > 0)
+
+
+def _at(prefix: Float, row: NDArray[np.int64], x: Float) -> Float:
+    """Prefix sums at real columns, linear within a texel. row: offsets of the rows in the flat array."""
+    whole = x.astype(np.int64)
+    here = row + whole
+    low = prefix.take(here)
+    return low + (x - whole) * (prefix.take(np.minimum(here + 1, len(prefix) - 1)) - low)
+
+
+class Pyramid:
+    """A map's energy on ever coarser grids. Halving hands a texel's energy to the texels that it overlaps (columns), or lies
+    between (rows): the sum and its place are kept."""
+
+    def __init__(self, energy: Float) -> None:
+        self.levels = [Level(np.array(energy, np.float64))]
+        self._rows: list[sparse.csr_matrix] = []
+        self._columns: list[sparse.csr_matrix] = []
+        while min(self.levels[-1].height // 2 + 1, self.levels[-1].width // 4) >= SMALLEST_ROWS:
+            level = self.levels[-1]
+            self._rows.append(_between(level.height, level.height // 2 + 1))
+            self._columns.append(_overlap(level.width, level.width // 2))
+            self.levels.append(Level(self._columns[-1].dot(self._rows[-1].dot(level.energy).T).T.copy()))
+
+    def level(self, spacing: float) -> int:
+        """The coarsest level whose rows are no further apart than `spacing` [rad]; the finest where none is."""
+        fine = [k for k, level in enumerate(self.levels) if level.spacing <= spacing]
+        return max(fine, default=0)
+
+    def remove(self, index: NDArray[np.int64]) -> None:
+        """Set texels of the finest level, by flat index, to black on all levels."""
+        finest = self.levels[0]
+        change = np.zeros_like(finest.energy)
+        change.flat[index] = -finest.energy.flat[index]
+        rows = np.unique(index // finest.width)
+        finest.energy.flat[index] = 0.0
+        finest.update(rows)
+        for k, (by_row, by_column) in enumerate(zip(self._rows, self._columns, strict=True)):
+            coarse = by_row[:, rows]
+            touched = np.flatnonzero(np.diff(coarse.indptr))
+            part = by_column.dot(coarse[touched].dot(change[rows]).T).T
+            change = np.zeros_like(self.levels[k + 1].energy)
+            change[touched] = part
+            self.levels[k + 1].energy[touched] = np.maximum(self.levels[k + 1].energy[touched] + part, 0.0)
+            self.levels[k + 1].update(touched)
+            rows = touched
+
+    def coarse_index(self, index: NDArray[np.int64], level: int) -> NDArray[np.int64]:
+        """Flat indices, each once, of the texels of a level that are nearest to texels of the finest."""
+        fine, coarse = self.levels[0], self.levels[level]
+        if level == 0:
+            return index
+        row, column = np.divmod(index, fine.width)
+        row = np.rint(row * (fine.spacing / coarse.spacing)).astype(np.int64)
+        column = ((column + 0.5) * coarse.width / fine.width).astype(np.int64)
+        found = np.zeros(coarse.height * coarse.width, bool)
+        found[row * coarse.width + column] = True
+        return np.flatnonzero(found)
+
+
+def _between(fine: int, coarse: int) -> sparse.csr_matrix:
+    """(coarse, fine): each fine row's part in the two coarse rows around it."""
+    place = np.arange(fine) * (coarse - 1) / max(fine - 1, 1)
+    low = np.minimum(place.astype(np.int64), max(coarse - 2, 0))
+    part = place - low
+    column = np.arange(fine)
+    return sparse.csr_matrix(
+        (np.concatenate([1.0 - part, part]), (np.concatenate([low, low + 1]), np.tile(column, 2))), shape=(coarse, fine)
+    )
+
+
+def _overlap(fine: int, coarse: int) -> sparse.csr_matrix:
+    """(coarse, fine): each fine column's part in the coarse columns that it overlaps."""
+    edges = np.union1d(np.arange(fine + 1) / fine, np.arange(coarse + 1) / coarse)
+    middle, length = 0.5 * (edges[:-1] + edges[1:]), np.diff(edges)
+    keep = length > 1e-12
+    middle, length = middle[keep], length[keep]
+    return sparse.csr_matrix(
+        (length * fine, ((middle * coarse).astype(np.int64), (middle * fine).astype(np.int64))), shape=(coarse, fine)
+    )
