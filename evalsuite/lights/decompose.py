@@ -9,13 +9,16 @@ Energy is kept by construction: a light has Σ L ω of the texels that it takes,
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from evalsuite.errors import EvalsuiteError
-from evalsuite.lights.filter_bank import TEXELS_A_RADIUS, Pyramid
+from evalsuite.lights.filter_bank import Level, Pyramid
 from evalsuite.lights.model import Decomposition, DecompositionSettings, Light
 from evalsuite.math.sphere import latlong_directions, latlong_solid_angles
 from evalsuite.scene.model import Environment
@@ -26,7 +29,9 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # Rec.709, linear
 #: A filter wider than the bright region responds alike wherever it covers all of it. Centres whose response is within this part
 #: of the largest, and within this part of r_i of its place, count as one, and their mean is the light's.
 TIE, TIE_REACH = 5e-3, 0.35
-_FINE = 40.0  # texels a radius when a light is placed
+# Texels a radius: where responses are bounded, where they are formed, and where a light is placed.
+_BOUND, _SEARCH, _PLACE = 2.5, 5.0, 40.0
+_FIRST = 100  # candidates of each size that are tried before the bounds are put to use
 
 
 def radii(settings: DecompositionSettings) -> Float:
@@ -111,6 +116,7 @@ def decompose(radiance: ArrayLike, settings: DecompositionSettings = PAPER) -> D
         total += irradiance
         rest[taken] = 0.0
         search.remove(np.flatnonzero(taken), centre, radius)
+    search.close()
     return Decomposition(tuple(lights), rest, tuple(table))
 
 
@@ -142,12 +148,19 @@ class _Search:
 
     def __init__(self, radiance: NDArray[np.float32], settings: DecompositionSettings) -> None:
         self.settings, self.radii = settings, radii(settings)
+        self._pool = ThreadPoolExecutor(os.cpu_count())  # NumPy's sums leave Python's lock alone
         height, width = radiance.shape[:2]
         self.luminance = np.maximum(radiance.astype(np.float64) @ LUMINANCE, 0.0).ravel()
         omega = latlong_solid_angles(height, width).ravel()
         self.pyramid = Pyramid((self.luminance * omega).reshape(height, width))
-        self.level = [self.pyramid.level(r / TEXELS_A_RADIUS) for r in self.radii]
-        self.response = [np.full(self.pyramid.levels[k].energy.size, np.nan) for k in self.level]
+        self.coarse, self.level = ([self.pyramid.level(r / n) for r in self.radii] for n in (_BOUND, _SEARCH))
+        self.bound, self.response = (
+            [np.full(self.pyramid.levels[k].energy.size, np.nan) for k in levels] for levels in (self.coarse, self.level)
+        )
+
+    def close(self) -> None:
+        """End the threads."""
+        self._pool.shutdown()
 
     def _candidates(self) -> NDArray[np.int64]:
         """Flat indices of the brightest texels, none of them black."""
@@ -173,24 +186,56 @@ class _Search:
         candidates = self._candidates()
         if len(candidates) == 0:
             return None
-        best: list[tuple[float, int, int]] = []
-        for size, level in enumerate(self.level):
-            index = self.pyramid.coarse_index(candidates, level)
-            unknown = index[np.isnan(self.response[size][index])]
-            if len(unknown):
-                self.response[size][unknown] = self._respond(size, level, unknown)
-            values = self.response[size][index]
-            at = int(np.argmax(values))
-            best.append((float(values[at]), size, int(index[at])))
-        best.sort(reverse=True)
-        # Coarse levels err by a few per cent: the best of each of the best few sizes are looked at closely.
+        # Branch and bound: what cannot exceed the best response found is not looked at.
+        sizes = range(len(self.radii))
+        bounded = list(self._pool.map(lambda size: self._bounded(size, candidates), sizes))
+        best = list(self._pool.map(lambda size: self._best_of(size, bounded[size][0][:_FIRST]), sizes))
+        highest = max(response for response, *_ in best)
+        worth = [index[bound >= highest] for index, bound in bounded]
+        best += self._pool.map(lambda size: self._best_of(size, worth[size]), sizes)
+        best = sorted({found for found in best if found[2] >= 0}, reverse=True)
+        # A coarse level errs by a few per cent: the best of the best few sizes are looked at closely.
         return max((self._place(size, index) for _, size, index in best[:6]), key=lambda found: found[0])
+
+    def _bounded(self, size: int, candidates: NDArray[np.int64]) -> tuple[NDArray[np.int64], Float]:
+        """Centres of a size by falling bound, and the bounds."""
+        index = self.pyramid.centres(candidates, self.level[size])
+        coarse = self.pyramid.nearest(index, self.level[size], self.coarse[size])
+        self._known(self.bound[size], size, self.coarse[size], np.unique(coarse), self._bound)
+        bound = self.bound[size][coarse]
+        order = np.argsort(-bound, kind="stable")
+        return index[order], bound[order]
+
+    def _best_of(self, size: int, index: NDArray[np.int64]) -> tuple[float, int, int]:
+        """(response, size, flat index) of the best of some centres; index −1 for none."""
+        if len(index) == 0:
+            return -np.inf, size, -1
+        values = self._known(self.response[size], size, self.level[size], index, self._respond)
+        at = int(np.argmax(values))
+        return float(values[at]), size, int(index[at])
+
+    def _bound(self, size: int, level: int, index: NDArray[np.int64]) -> Float:
+        """What no centre nearest to a coarse texel can exceed: all that its disc may hold, and what its surround must."""
+        inner, grid = self.radii[size], self.pyramid.levels[level]
+        outer = inner / self.settings.inner
+        most = grid.disc_sums(index, inner + grid.spacing)
+        least = np.zeros_like(most)
+        if outer - grid.spacing > inner + grid.spacing:
+            least = np.maximum(grid.disc_sums(index, outer - grid.spacing) - most, 0.0)
+        return (most + self.settings.surround * least) / (2.0 * outer)
+
+    def _known(self, kept: Float, size: int, level: int, index: NDArray[np.int64], form: Callable[..., Float]) -> Float:
+        """Values at texels of a level, formed where they are not known."""
+        unknown = index[np.isnan(kept[index])]
+        if len(unknown):
+            kept[unknown] = form(size, level, unknown)
+        return kept[index]
 
     def _place(self, size: int, index: int) -> tuple[float, float, Float]:
         """A response looked at on a finer level, and where its light is."""
         radius = self.radii[size]
         about = self.pyramid.levels[self.level[size]].directions(np.array([index]))[0]
-        level = self.pyramid.level(max(radius / _FINE, self.pyramid.levels[0].spacing))
+        level = self.pyramid.level(max(radius / _PLACE, self.pyramid.levels[0].spacing))
         grid = self.pyramid.levels[level]
         near = _within(grid, about, 2.0 * TIE_REACH * radius + self.pyramid.levels[self.level[size]].spacing)
         values = self._respond(size, level, near)
@@ -207,12 +252,13 @@ class _Search:
         """Black texels, by flat index; responses whose filters reach them are forgotten."""
         self.luminance[index] = 0.0
         self.pyramid.remove(index)
-        for size, level in enumerate(self.level):
-            reach = radius + self.radii[size] / self.settings.inner + 2.0 * self.pyramid.levels[level].spacing
-            self.response[size][_within(self.pyramid.levels[level], centre, reach)] = np.nan
+        for levels, kept in ((self.coarse, self.bound), (self.level, self.response)):
+            for size, level in enumerate(levels):
+                reach = radius + self.radii[size] / self.settings.inner + 3.0 * self.pyramid.levels[level].spacing
+                kept[size][_within(self.pyramid.levels[level], centre, reach)] = np.nan
 
 
-def _within(grid, centre: Float, radius: float) -> NDArray[np.int64]:
+def _within(grid: Level, centre: Float, radius: float) -> NDArray[np.int64]:
     """Flat indices of a level's texels within a radius [rad] of a direction."""
     theta = np.arccos(np.clip(centre[1], -1.0, 1.0))
     rows = np.flatnonzero(np.abs(grid.theta - theta) <= radius)

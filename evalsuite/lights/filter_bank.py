@@ -1,8 +1,8 @@
 """Sums of a lat-long map over discs of the sphere, for many centres at once.
 
 On a lat-long map every row meets a disc in one interval, so the sum is one difference of row prefix sums a row:
-Δφ = acos((cos r − cos θ cos θ_j)/(sin θ sin θ_j)). The rows are few: a disc is summed on the level of a pyramid whose texels are
-a third of its radius or less, so that the cost of a centre does not grow with the map.
+Δφ = acos((cos r − cos θ cos θ_j)/(sin θ sin θ_j)). The rows are few: a disc is summed on a level of a pyramid whose texels are a
+given part of its radius, so that the cost of a centre does not grow with the map.
 """
 
 from __future__ import annotations
@@ -16,9 +16,8 @@ from scipy import sparse
 from evalsuite.math.sphere import latlong_solid_angles
 
 Float = NDArray[np.float64]
-TEXELS_A_RADIUS = 3.0
 SMALLEST_ROWS = 16  # a level below this many rows would save nothing
-_BATCH = 1 << 21
+_BATCH = 1 << 18  # numbers at once: they stay in the processor's cache
 
 
 @dataclass(eq=False)
@@ -48,16 +47,24 @@ class Level:
 
     def disc_sums(self, index: NDArray[np.int64], radius: float) -> Float:
         """Energy within a radius [rad] of the centres of texels, (N,), with the grid's own area error divided out."""
-        half_width, first, share = self._intervals(radius)
-        out = np.empty(len(index))
-        step = max(1, _BATCH // half_width.shape[1])
-        flat = self._prefix.ravel()
-        stride = self._prefix.shape[1]
+        half, first, share = self._intervals(radius)
+        # Of a disc about column 0, in each row: where the interval's two ends lie in the prefix sums, and how far into a texel.
+        rows = np.clip(first[:, None] + np.arange(half.shape[1]), 0, self.height - 1) * (3 * self.width + 1) + self.width
+        ends = [0.5 + half, 0.5 - half]
+        whole = [np.floor(x).astype(np.int64) for x in ends]
+        part = [x - w for x, w in zip(ends, whole, strict=True)]
+        place = [rows + w for w in whole]
+        prefix, out = self._prefix.ravel(), np.empty(len(index))
+        step = max(1, _BATCH // half.shape[1])
         for start in range(0, len(index), step):
             row, column = np.divmod(index[start : start + step], self.width)
-            rows = np.clip(first[row][:, None] + np.arange(half_width.shape[1]), 0, self.height - 1) * stride
-            middle, half = (column + 0.5 + self.width)[:, None], half_width[row]
-            out[start : start + step] = (_at(flat, rows, middle + half) - _at(flat, rows, middle - half)).sum(1) * share[row]
+            total = np.zeros(len(row))
+            for sign, at, within in zip((1.0, -1.0), place, part, strict=True):
+                here = at[row] + column[:, None]
+                low, weight = prefix.take(here), within[row]
+                here += 1
+                total += sign * (low.sum(1) + np.einsum("nr,nr->n", weight, prefix.take(here, mode="clip") - low))
+            out[start : start + step] = total * share[row]
         return out
 
     def _intervals(self, radius: float) -> tuple[Float, NDArray[np.int64], Float]:
@@ -78,14 +85,6 @@ class Level:
         area = (half * weight[np.clip(rows, 0, self.height - 1)]).sum(1) * 2.0 / self.width
         exact = 4.0 * np.pi * np.sin(0.5 * radius) ** 2
         return half, first, np.divide(exact, area, out=np.ones_like(area), where=area > 0)
-
-
-def _at(prefix: Float, row: NDArray[np.int64], x: Float) -> Float:
-    """Prefix sums at real columns, linear within a texel. row: offsets of the rows in the flat array."""
-    whole = x.astype(np.int64)
-    here = row + whole
-    low = prefix.take(here)
-    return low + (x - whole) * (prefix.take(np.minimum(here + 1, len(prefix) - 1)) - low)
 
 
 class Pyramid:
@@ -125,16 +124,19 @@ class Pyramid:
             self.levels[k + 1].update(touched)
             rows = touched
 
-    def coarse_index(self, index: NDArray[np.int64], level: int) -> NDArray[np.int64]:
-        """Flat indices, each once, of the texels of a level that are nearest to texels of the finest."""
-        fine, coarse = self.levels[0], self.levels[level]
-        if level == 0:
+    def nearest(self, index: NDArray[np.int64], fine: int, coarse: int) -> NDArray[np.int64]:
+        """Flat indices of the texels of a coarse level that are nearest to texels of a finer one, (N,)."""
+        if coarse == fine:
             return index
-        row, column = np.divmod(index, fine.width)
-        row = np.rint(row * (fine.spacing / coarse.spacing)).astype(np.int64)
-        column = ((column + 0.5) * coarse.width / fine.width).astype(np.int64)
-        found = np.zeros(coarse.height * coarse.width, bool)
-        found[row * coarse.width + column] = True
+        source, to = self.levels[fine], self.levels[coarse]
+        row, column = np.divmod(index, source.width)
+        row = np.rint(row * (source.spacing / to.spacing)).astype(np.int64)
+        return row * to.width + ((column + 0.5) * to.width / source.width).astype(np.int64)
+
+    def centres(self, index: NDArray[np.int64], level: int) -> NDArray[np.int64]:
+        """Flat indices, each once, of the texels of a level that are nearest to texels of the finest."""
+        found = np.zeros(self.levels[level].energy.size, bool)
+        found[self.nearest(index, 0, level)] = True
         return np.flatnonzero(found)
 
 
