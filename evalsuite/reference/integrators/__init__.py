@@ -8,6 +8,7 @@ from functools import cache, lru_cache
 from typing import Any
 
 from evalsuite.errors import EvalsuiteError
+from evalsuite.lights import decompose
 from evalsuite.lights.model import DecompositionSettings
 from evalsuite.scene.model import Environment
 
@@ -88,8 +89,6 @@ def _plain(target: str) -> Any:
 @lru_cache(maxsize=4)  # each holds a map
 def _decomposed(target: str, environment: Environment, settings: DecompositionSettings) -> Any:
     import mitsuba as mi
-
-    from evalsuite.lights import decompose
 
     from .discs import lighting
 

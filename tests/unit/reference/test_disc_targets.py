@@ -11,6 +11,7 @@ from scipy import ndimage, stats
 
 from evalsuite import api, steps
 from evalsuite.errors import EvalsuiteError
+from evalsuite.gpu.techniques import TECHNIQUES
 from evalsuite.lights import decompose
 from evalsuite.lights.model import Decomposition, DecompositionSettings, Light
 from evalsuite.math.sphere import latlong_directions, latlong_solid_angles
@@ -307,7 +308,15 @@ def test_settings_reach_the_decomposition(tmp_path, monkeypatch):
     worker.advance(source, "discs", None, 1)
     worker.advance(source, "discs", None, 1, 0, DecompositionSettings(stop=0.1))
     worker.advance(source, "direct", None, 1, 0, DecompositionSettings(stop=0.2))
-    assert asked == [((4, 8, 3), DecompositionSettings()), ((4, 8, 3), DecompositionSettings(stop=0.1))]
+    plan = {"target": "discs", "target_error": 0.5, "cap": 32, "seed": 0, "decomposition": DecompositionSettings(stop=0.3)}
+    assert worker.sample(source, plan, inside(source), str(tmp_path / "partial.npz"))["done"]
+    assert asked == [((4, 8, 3), one) for one in (DecompositionSettings(), *(DecompositionSettings(stop=s) for s in (0.1, 0.3)))]
+
+
+def test_maps_that_no_light_reaches_are_not_held_against_them():
+    for target in DISCS:
+        assert "npr-sketch draws no light" in TECHNIQUES["npr-sketch"].reason_against_target(target)
+        assert TECHNIQUES["diffuse-sh9"].reason_against_target(target) is None
 
 
 def test_a_scene_without_an_environment_is_refused(tmp_path):
