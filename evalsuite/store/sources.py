@@ -19,9 +19,9 @@ _REGISTRY = PACKAGE / "gpu" / "techniques" / "__init__.py"
 def technique_files(shader: Path) -> list[Path]:
     """Files that decide a technique's pixels, sorted. shader: its GLSL file.
 
-    Of a technique of the package: the module of the same stem, what it imports from evalsuite's gpu, math and lights (function-level
-    imports too), and shaders that any of these names. Of one from elsewhere: all modules and shaders of its folder, or a
-    lone shader's own definition beside it.
+    Of a technique of the package: the module of the same stem, what it imports from evalsuite's gpu, math and lights
+    (function-level imports too), and shaders that any of these names. Of one from elsewhere: all modules and shaders of its
+    folder, or a lone shader's own definition beside it.
     """
     shader = shader.resolve()
     module = shader.with_suffix(".py")
@@ -46,7 +46,7 @@ def module_files(module: Path) -> list[Path]:
 
 @lru_cache(maxsize=512)
 def _named_in(module: Path) -> tuple[Path, ...]:
-    """Modules of gpu, math and lights that a module imports, and shaders: those of its own stem and those whose names it holds."""
+    """Modules of gpu, math and lights that a module imports, and shaders: of its own stem, and those whose names it holds."""
     tree = ast.parse(module.read_text(encoding="utf-8"))
     found = {module.with_suffix(suffix) for suffix in SHADERS}
     for node in ast.walk(tree):

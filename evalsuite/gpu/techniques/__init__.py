@@ -32,6 +32,8 @@ from evalsuite.gpu.techniques import (
     npr_hatching,
     npr_silhouette,
     npr_sketch,
+    shadow_none,
+    shadow_wedges,
     split_sum,
 )
 from evalsuite.gpu.techniques.base import Technique
@@ -64,6 +66,8 @@ TECHNIQUES: Mapping[str, Technique] = {
         npr_cool_warm.TECHNIQUE,
         npr_silhouette.TECHNIQUE,
         npr_hatching.TECHNIQUE,
+        shadow_none.TECHNIQUE,
+        shadow_wedges.TECHNIQUE,
         split_sum.TECHNIQUE,
         diffuse_sh9_windowed.TECHNIQUE,
         brute_force.TECHNIQUE,
