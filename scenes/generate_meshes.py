@@ -1,13 +1,14 @@
 """Writes every mesh of `scenes/meshes/` anew, byte for byte: `python scenes/generate_meshes.py [-o DIRECTORY]`.
 
 NumPy only. Each builder returns (positions, faces): one or more closed surfaces, y up, wound counter-clockwise seen from
-outside. Normals are smooth, weighted by the corner angles (exact ones where the surface has a formula).
+outside. Normals are smooth, weighted by the corner angles (exact ones where the surface has a formula); `flat` ones have facets.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -165,6 +166,55 @@ def organic() -> tuple[Points, Faces]:
     return positions * radius[:, None], faces
 
 
+def flat(positions: Points, faces: Faces) -> tuple[Points, Faces]:
+    """The same triangles with corners of their own, so that each keeps its own normal."""
+    return positions[faces].reshape(-1, 3), np.arange(3 * len(faces)).reshape(-1, 3)
+
+
+def prism(profile: Points, columns: int, turn: float = 0.0) -> tuple[Points, Faces]:
+    """Closed body of `columns` flat sides about y through an (R, 2) profile (radius, height), listed from the top: R − 1 rings of
+    sides and two caps, 2·columns·(R − 1) + 2·(columns − 2) triangles."""
+    phi = 2 * np.pi * np.arange(columns) / columns + turn
+    radius, height = profile[:, :1], np.broadcast_to(profile[:, 1:], (len(profile), columns))
+    rings = np.stack([radius * np.sin(phi), height, radius * np.cos(phi)], -1)
+    count, j = len(profile), np.arange(1, columns - 1)
+    top = np.stack([np.zeros_like(j), j, j + 1], -1)
+    bottom = (count - 1) * columns + np.stack([np.zeros_like(j), j + 1, j], -1)
+    return rings.reshape(-1, 3), np.concatenate([grid_faces(count, columns), top, bottom])
+
+
+def column() -> tuple[Points, Faces]:
+    """A column of 438 triangles on y = 0: square plinth and abacus, a shaft of 19 sides that swells towards its foot."""
+    square = 2**0.5
+    plinth = prism(np.array([[0.42 * square, 0.16], [0.42 * square, 0.0]]), 4, np.pi / 4)
+    abacus = prism(np.array([[0.42 * square, 2.36], [0.42 * square, 2.2]]), 4, np.pi / 4)
+    profile = [(0.36, 2.2), (0.36, 2.12), (0.25, 2.02), (0.25, 1.9), (0.268, 1.5), (0.284, 1.1), (0.294, 0.7)]
+    profile += [(0.3, 0.45), (0.3, 0.3), (0.38, 0.22), (0.38, 0.16)]
+    return flat(*merge(plinth, prism(np.array(profile), 19), abacus))
+
+
+FRAMES = 8
+
+
+def dancer(frame: int) -> tuple[Points, Faces]:
+    """A figure that bends, twists and strides in a circle: 8 frames of one topology, 388 triangles."""
+    t = 2 * np.pi * frame / FRAMES
+    ring, side = np.linspace(0.0, 1.0, 14), 2 * np.pi * np.arange(14) / 14
+    width = 0.10 + 0.2 * np.sin(np.pi * ring) ** 2 + 0.08 * np.cos(3 * np.pi * ring) ** 2
+    twist = 1.6 * np.sin(t) * ring
+    phi = side + twist[:, None]
+    flattened = np.stack([width[:, None] * np.sin(phi) * 1.35, np.zeros_like(phi), width[:, None] * np.cos(phi) * 0.7], -1)
+    lean, sway = 0.55 * np.sin(t) * ring**2, 0.35 * np.cos(2 * t) * np.sin(np.pi * ring)
+    height = (1.75 - 0.25 * np.sin(t) ** 2) * ring + 0.02 + 0.25 * (1 + np.cos(2 * t)) / 2
+    middle = np.stack([lean + 0.7 * np.cos(t), height, sway + 0.7 * np.sin(t)], -1)
+    rings = (middle[:, None] + flattened)[::-1]
+    count, columns = rings.shape[:2]
+    j = np.arange(1, columns - 1)
+    top = np.stack([np.zeros_like(j), j, j + 1], -1)
+    bottom = (count - 1) * columns + np.stack([np.zeros_like(j), j + 1, j], -1)
+    return flat(rings.reshape(-1, 3), np.concatenate([grid_faces(count, columns), top, bottom]))
+
+
 def smooth_normals(positions: Points, faces: Faces) -> Points:
     """(V, 3) unit normals: face normals weighted by the angle at the vertex."""
     corners = positions[faces]
@@ -190,6 +240,8 @@ MESHES: dict[str, tuple[Callable[[], tuple[Points, Faces]], Callable[[Points], P
     "torus": (torus, torus_normals),
     "teapot": (teapot, None),
     "organic": (organic, None),
+    "column": (column, None),
+    **{f"dancer-{frame}": (partial(dancer, frame), None) for frame in range(FRAMES)},
 }
 
 

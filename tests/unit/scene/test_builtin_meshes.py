@@ -8,6 +8,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from evalsuite.lights.adjacency import adjacency
 from evalsuite.scene.builtin import scenes_directory
 
 
@@ -19,7 +20,9 @@ def generator() -> ModuleType:
     return module
 
 
-NAMES = ("sphere72", "torus", "teapot", "organic")
+SMOOTH = ("sphere72", "torus", "teapot", "organic")
+FACETED = ("column", *(f"dancer-{frame}" for frame in range(8)))
+NAMES = (*SMOOTH, *FACETED)
 
 
 def read_ply(name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -85,6 +88,17 @@ def test_normals_are_unit_and_on_the_outer_side(name: str) -> None:
     a, b, c = np.moveaxis(positions[faces], 1, 0)
     face_normal = np.cross(b - a, c - a)
     assert ((normals[faces] * face_normal[:, None]).sum(-1) > 0).all()
+
+
+@pytest.mark.parametrize("name", FACETED)
+def test_facets_are_flat_and_the_body_closed(name: str) -> None:
+    positions, normals, faces = read_ply(name)
+    assert adjacency(positions, faces).closed
+    a, b, c = np.moveaxis(positions[faces], 1, 0)
+    face_normal = np.cross(b - a, c - a)
+    assert (face_normal * a).sum() / 6 > 0.1, "a volume turned inside out"
+    face_normal /= np.linalg.norm(face_normal, axis=1, keepdims=True)
+    np.testing.assert_allclose(normals[faces], np.repeat(face_normal[:, None], 3, axis=1), atol=1e-4)
 
 
 def test_sphere_and_torus_lie_on_their_surfaces() -> None:
