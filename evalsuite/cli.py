@@ -341,6 +341,55 @@ def figures(
         print(*paths, sep="\n")
 
 
+@app.command("decompose")
+def decompose_env(
+    env: Annotated[str, typer.Argument(help="Lat-long .exr/.hdr, or a name from `evalsuite env list`.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for lights.json, the two maps and the pictures.")],
+    sizes: Annotated[int, typer.Option(help="Filters in the bank.")] = 20,
+    smallest_deg: Annotated[float, typer.Option(help="Angular extent of the smallest filter [degrees].")] = 4.5,
+    largest_deg: Annotated[float, typer.Option(help="Angular extent of the largest filter [degrees].")] = 45.0,
+    spacing: Annotated[str, typer.Option(help="Of the sizes in between: geometric or linear.")] = "geometric",
+    inner: Annotated[float, typer.Option(help="Radius of a filter's centre over that of its surround.")] = 0.75,
+    surround: Annotated[float, typer.Option(help="Weight of the surround; the centre has 1.")] = -10.0,
+    candidates: Annotated[float, typer.Option(help="Part of the texels, the brightest, to centre filters on.")] = 0.1,
+    stop: Annotated[float, typer.Option(help="A light below this part of the sum of those before it ends the search.")] = 0.02,
+    least_response: Annotated[float, typer.Option(help="A best response not above it ends the search too.")] = 0.0,
+    max_lights: Annotated[int, typer.Option(help="Cap on the number of lights.")] = 64,
+    repair_env: RepairEnv = False,
+    as_json: Json = False,
+) -> None:
+    """Take an environment map apart into disc-shaped area lights and a remainder."""
+    from evalsuite.commands_lights import decompose_environment
+    from evalsuite.lights.model import DecompositionSettings
+
+    settings = DecompositionSettings(
+        sizes, smallest_deg, largest_deg, spacing, inner, surround, candidates, stop, least_response, max_lights
+    )
+    with err.status(f"decomposing {escape(env)}"):
+        facts = decompose_environment(env, output, settings, repair_env)
+    for note in facts["notes"]:
+        err.print(f"warning: {escape(note)}", style="yellow", highlight=False, soft_wrap=True)
+    if as_json:
+        _print_json(facts)
+        return
+    rows = [
+        {
+            "light": row["light"] if row["kept"] else f"({row.get('ended_by', '')})",
+            "radius [deg]": f"{row['angular_radius_deg']:.2f}",
+            "response": f"{row['response']:.4g}",
+            "irradiance (RGB)": " ".join(f"{x:.4g}" for x in row.get("irradiance", ())),
+            "share": f"{row['share']:.2%}",
+            "so far": f"{row['share_so_far']:.2%}",
+            "of the sum before": _number(row.get("ratio_to_sum_before")),
+        }
+        for row in facts["search"]
+    ]
+    _print_table(rows, ["light", "radius [deg]", "response", "irradiance (RGB)", "share", "so far", "of the sum before"])
+    print(f"{facts['lights']} lights with {facts['share']:.1%} of the luminance; energy kept to "
+          f"{max(abs(x) for x in facts['energy_residual']):.0e}")  # fmt: skip
+    print(output)
+
+
 @app.command("open")
 def open_page(report: Annotated[str, typer.Argument(help="Report name or output folder.")] = "accuracy") -> None:
     """Open a report's page in the browser."""

@@ -137,9 +137,9 @@ def flat_discs(found: Decomposition, subsamples: int = 4) -> NDArray[np.float32]
                 phi = 2.0 * np.pi * (np.arange(width) + 0.5 + dx) / width
                 cosine = np.outer(np.sin(t), np.sin(phi) * centre[0] - np.cos(phi) * centre[2]) + np.cos(t)[:, None] * centre[1]
                 covered[rows] += cosine >= np.cos(light.angular_radius)
-        energy = float((covered * omega).sum())
-        if energy > 0.0:
-            out += covered[..., None] * (np.asarray(light.irradiance) / energy)
+        if not covered.any():  # it falls between the points: one texel holds it
+            covered.flat[np.argmax(latlong_directions(height, width).reshape(-1, 3) @ centre)] = 1.0
+        out += covered[..., None] * (np.asarray(light.irradiance) / float((covered * omega).sum()))
     return out.astype(np.float32)
 
 
@@ -174,12 +174,12 @@ class _Search:
             above = np.union1d(above, level)
         return above
 
-    def _respond(self, size: int, level: int, index: NDArray[np.int64]) -> Float:
+    def _respond(self, size: int, level: int, index: NDArray[np.int64], subrows: int = 1) -> Float:
         inner = self.radii[size]
         outer = inner / self.settings.inner
         grid = self.pyramid.levels[level]
-        centre = grid.disc_sums(index, inner)
-        return (centre + self.settings.surround * (grid.disc_sums(index, outer) - centre)) / (2.0 * outer)
+        centre = grid.disc_sums(index, inner, subrows)
+        return (centre + self.settings.surround * (grid.disc_sums(index, outer, subrows) - centre)) / (2.0 * outer)
 
     def best(self) -> tuple[float, float, Float] | None:
         """(response, r_i, unit direction) of the filter that responds most; None for a map without light."""
@@ -195,7 +195,15 @@ class _Search:
         best += self._pool.map(lambda size: self._best_of(size, worth[size]), sizes)
         best = sorted({found for found in best if found[2] >= 0}, reverse=True)
         # A coarse level errs by a few per cent: the best of the best few sizes are looked at closely.
-        return max((self._place(size, index) for _, size, index in best[:6]), key=lambda found: found[0])
+        closely = [self._place(size, self._direction(size, index)) for _, size, index in best[:6]]
+        response, radius, centre = max(closely, key=lambda found: found[0])
+        # Near a pole whole rows go in and out with the radius, so neighbouring sizes are asked at the same place.
+        about = int(np.searchsorted(self.radii, radius * (1.0 - 1e-9)))
+        sizes = range(max(about - 4, 0), min(about + 2, len(self.radii)))
+        return max([(response, radius, centre), *(self._place(size, centre) for size in sizes)], key=lambda found: found[0])
+
+    def _direction(self, size: int, index: int) -> Float:
+        return self.pyramid.levels[self.level[size]].directions(np.array([index]))[0]
 
     def _bounded(self, size: int, candidates: NDArray[np.int64]) -> tuple[NDArray[np.int64], Float]:
         """Centres of a size by falling bound, and the bounds."""
@@ -231,22 +239,30 @@ class _Search:
             kept[unknown] = form(size, level, unknown)
         return kept[index]
 
-    def _place(self, size: int, index: int) -> tuple[float, float, Float]:
-        """A response looked at on a finer level, and where its light is."""
+    def _place(self, size: int, about: Float) -> tuple[float, float, Float]:
+        """A size's best response near a direction, on a finer level, and where its light is."""
         radius = self.radii[size]
-        about = self.pyramid.levels[self.level[size]].directions(np.array([index]))[0]
         level = self.pyramid.level(max(radius / _PLACE, self.pyramid.levels[0].spacing))
         grid = self.pyramid.levels[level]
         near = _within(grid, about, 2.0 * TIE_REACH * radius + self.pyramid.levels[self.level[size]].spacing)
-        values = self._respond(size, level, near)
+        polar = np.hypot(about[0], about[2]) < np.sin(min(radius, 0.5 * np.pi))
+        values = self._respond(size, level, near, 4 if polar else 1)
         top = int(np.argmax(values))
-        peak, directions = values[top], grid.directions(near)
+        peak, directions = float(values[top]), grid.directions(near)
         close = ((directions - directions[top]) ** 2).sum(-1) <= (TIE_REACH * radius) ** 2
-        tied = directions[close & (values >= peak - TIE * abs(peak))]
+        tied = close & (values >= peak - TIE * abs(peak))
         # By solid angle: rows near a pole are crowded.
-        weight = np.sqrt(np.maximum(1.0 - tied[:, 1] ** 2, 1e-12))
-        middle = (tied * weight[:, None]).sum(0)
-        return float(peak), float(radius), middle / np.linalg.norm(middle)
+        middle = _mean(directions[tied], np.sqrt(np.maximum(1.0 - directions[tied][:, 1] ** 2, 1e-12)))
+        # Better still the centre of the light itself, where a filter there responds as well.
+        of_light = middle
+        for _ in range(3):
+            inside = _within(grid, of_light, radius)
+            energy = grid.energy.ravel()[inside]
+            if not energy.sum() > 0.0:
+                break
+            of_light = _mean(grid.directions(inside), energy)
+        there = int(np.argmax(directions @ of_light))
+        return peak, float(radius), of_light if values[there] >= peak - TIE * abs(peak) else middle
 
     def remove(self, index: NDArray[np.int64], centre: Float, radius: float) -> None:
         """Black texels, by flat index; responses whose filters reach them are forgotten."""
@@ -256,6 +272,11 @@ class _Search:
             for size, level in enumerate(levels):
                 reach = radius + self.radii[size] / self.settings.inner + 3.0 * self.pyramid.levels[level].spacing
                 kept[size][_within(self.pyramid.levels[level], centre, reach)] = np.nan
+
+
+def _mean(directions: Float, weight: Float) -> Float:
+    middle = (directions * weight[:, None]).sum(0)
+    return middle / np.linalg.norm(middle)
 
 
 def _within(grid: Level, centre: Float, radius: float) -> NDArray[np.int64]:

@@ -45,46 +45,44 @@ class Level:
         phi, sine = 2.0 * np.pi * (column + 0.5) / self.width, np.sin(self.theta[row])
         return np.stack([sine * np.sin(phi), np.cos(self.theta[row]), -sine * np.cos(phi)], axis=-1)
 
-    def disc_sums(self, index: NDArray[np.int64], radius: float) -> Float:
-        """Energy within a radius [rad] of the centres of texels, (N,), with the grid's own area error divided out."""
-        half, first, share = self._intervals(radius)
-        # Of a disc about column 0, in each row: where the interval's two ends lie in the prefix sums, and how far into a texel.
-        rows = np.clip(first[:, None] + np.arange(half.shape[1]), 0, self.height - 1) * (3 * self.width + 1) + self.width
-        ends = [0.5 + half, 0.5 - half]
-        whole = [np.floor(x).astype(np.int64) for x in ends]
-        part = [x - w for x, w in zip(ends, whole, strict=True)]
-        place = [rows + w for w in whole]
-        prefix, out = self._prefix.ravel(), np.empty(len(index))
-        step = max(1, _BATCH // half.shape[1])
-        for start in range(0, len(index), step):
-            row, column = np.divmod(index[start : start + step], self.width)
-            total = np.zeros(len(row))
-            for sign, at, within in zip((1.0, -1.0), place, part, strict=True):
-                here = at[row] + column[:, None]
-                low, weight = prefix.take(here), within[row]
-                here += 1
-                total += sign * (low.sum(1) + np.einsum("nr,nr->n", weight, prefix.take(here, mode="clip") - low))
-            out[start : start + step] = total * share[row]
-        return out
-
-    def _intervals(self, radius: float) -> tuple[Float, NDArray[np.int64], Float]:
-        """For centres in each row: half widths [columns] of the intervals in the rows that the disc meets, (H, R); the first of
-        those rows, (H,); what the sums have to be multiplied by so that a constant map gives 2π(1 − cos r), (H,)."""
-        reach = int(np.ceil(radius / self.spacing))
+    def disc_sums(self, index: NDArray[np.int64], radius: float, subrows: int = 1) -> Float:
+        """Energy within a radius [rad] of the centres of texels, (N,), with the grid's own area error divided out. subrows:
+        places across a row that its energy is spread over; near a pole whole rows else go in and out with the radius."""
+        reach = int(np.ceil(radius / self.spacing)) + (subrows > 1)
         first = np.arange(self.height) - reach
+        inside = np.clip(first[:, None] + np.arange(2 * reach + 1), 0, self.height - 1)
+        base, weight = inside * (3 * self.width + 1) + self.width, latlong_solid_angles(self.height, 1)[inside, 0]
+        prefix, row, column = self._prefix.ravel(), *np.divmod(index, self.width)
+        total, area = np.zeros(len(index)), np.zeros(self.height)
+        step = max(1, _BATCH // base.shape[1])
+        for offset in (np.arange(subrows) + 0.5) / subrows - 0.5:
+            half = self._half_widths(first, reach, radius, offset)
+            area += (half * weight).sum(1) * 2.0 / self.width
+            # Of a disc about column 0, in each row: where the interval's ends lie in the prefix sums, and how far into a texel.
+            for sign, end in ((1.0, 0.5 + half), (-1.0, 0.5 - half)):
+                whole = np.floor(end)
+                place, part = base + whole.astype(np.int64), end - whole
+                for start in range(0, len(index), step):
+                    some = slice(start, start + step)
+                    here = place[row[some]] + column[some, None]
+                    low = prefix.take(here)
+                    here += 1
+                    within = np.einsum("nr,nr->n", part[row[some]], prefix.take(here, mode="clip") - low)
+                    total[some] += sign * (low.sum(1) + within)
+        exact = 4.0 * np.pi * np.sin(0.5 * radius) ** 2
+        return total * np.divide(exact, area, out=np.zeros_like(area), where=area > 0)[row]
+
+    def _half_widths(self, first: NDArray[np.int64], reach: int, radius: float, offset: float) -> Float:
+        """Half widths [columns] of a disc's intervals in the rows around each row's centre, (H, 2 reach + 1)."""
         rows = first[:, None] + np.arange(2 * reach + 1)
         outside = (rows < 0) | (rows >= self.height)
-        theta = np.clip(rows, 0, self.height - 1) * self.spacing
+        theta = np.clip((rows + offset) * self.spacing, 0.0, np.pi)
         centre = self.theta[:, None]
         above = np.cos(radius) - np.cos(centre) * np.cos(theta)
         below = np.sin(centre) * np.sin(theta)
         # At a pole every column is in the disc, or none is.
         cosine = np.divide(above, below, out=np.where(above <= 1e-12, -1.0, 1.0), where=below > 1e-9)
-        half = np.where(outside, 0.0, np.arccos(np.clip(cosine, -1.0, 1.0))) * self.width / (2.0 * np.pi)
-        weight = latlong_solid_angles(self.height, 1)[:, 0]
-        area = (half * weight[np.clip(rows, 0, self.height - 1)]).sum(1) * 2.0 / self.width
-        exact = 4.0 * np.pi * np.sin(0.5 * radius) ** 2
-        return half, first, np.divide(exact, area, out=np.ones_like(area), where=area > 0)
+        return np.where(outside, 0.0, np.arccos(np.clip(cosine, -1.0, 1.0))) * self.width / (2.0 * np.pi)
 
 
 class Pyramid:
