@@ -30,7 +30,7 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # Rec.709, linear
 #: of the largest, and within this part of r_i of its place, count as one, and their mean is the light's.
 TIE, TIE_REACH = 5e-3, 0.35
 # Texels a radius: where responses are bounded, where they are formed, and where a light is placed.
-_BOUND, _SEARCH, _PLACE = 2.5, 5.0, 40.0
+_BOUND, _SEARCH, _PLACE = 2.5, 5.0, 20.0
 _FIRST = 100  # candidates of each size that are tried before the bounds are put to use
 
 
