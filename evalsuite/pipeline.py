@@ -176,6 +176,33 @@ class Run(Steps):
         result["notes"] += meta["notes"]
         files |= {name: place / f"{name}.exr" for name in ("error", "relative", "zscore", "flip", "mask")}
         result["status"] = "scored"
+        if technique.chain and technique.chain[0][0] == cell.target:
+            self._split(technique, source, parameters, (image, image_key), result, files)
+
+    def _split(
+        self,
+        technique: Technique,
+        source: SceneSource,
+        parameters: Mapping,
+        image: tuple[Path, str],
+        result: dict,
+        files: dict[str, Path],
+    ) -> None:
+        """The cell's error by cause, along the technique's chain of truths."""
+        settings, references = DecompositionSettings.of(parameters), []
+        for target, _ in technique.chain:
+            folder, meta, _, key = self.reference(source, target, self.settings.seed, settings)
+            references.append((folder, key))
+            if meta["capped"] and target != technique.chain[0][0]:
+                result["warnings"].append(f"the reference of {target} stopped at the cap, at {meta['reached_error']:.2%}")
+        place, meta = self.chain(image, references, self.seen(source).coverage)
+        ends = [*(target for target, _ in technique.chain[1:]), technique.id]
+        result["ledger"] = [
+            {"rung": cause, "from": target, "to": end, **rung}
+            for (target, cause), end, rung in zip(technique.chain, ends, meta["rungs"], strict=True)
+        ]
+        result |= {"ledger_total": meta["total"], "ledger_closure": meta["closure"]}
+        files |= {f"rung-{k}": place / f"rung-{k}.exr" for k in range(len(ends))}
 
 
 def reproduce(cell: Cell, settings: Settings) -> str:

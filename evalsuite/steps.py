@@ -7,7 +7,7 @@ continues where it stopped. The work itself runs in worker processes.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -295,6 +295,24 @@ class Steps:
             return self.store.put("comparison", key, result["meta"], fill)
 
         place, meta, _ = self.once("comparison", key, make)
+        return place, meta
+
+    def chain(self, image: tuple[Path, str], references: Sequence[tuple[Path, str]], coverage: np.ndarray) -> tuple[Path, dict]:
+        """An image's error split along references from full truth downwards: shares of each rung, rung-<k>.exr."""
+        keys = [key for _, key in references]
+        key = digest([image[1], keys, coverage, source_digest("compare"), package_versions("numpy")])
+
+        def make() -> tuple[Path, dict]:
+            folders = [str(folder) for folder, _ in references]
+            result = self.workers.compare.call("evalsuite.compare.cell:split_cell", str(image[0]), folders, coverage)
+
+            def fill(folder: Path) -> None:
+                for name, picture in result["images"].items():
+                    exr.write(folder / f"{name}.exr", picture)
+
+            return self.store.put("chain", key, result["meta"], fill)
+
+        place, meta, _ = self.once("chain", key, make)
         return place, meta
 
     def albedo(self, bsdf: Mapping) -> dict:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evalsuite.compare import compare
+from evalsuite.compare import chain, compare
 from evalsuite.compare.mask import whole_pixels
 from evalsuite.errors import EvalsuiteError
 from evalsuite.image import exr
@@ -56,3 +57,33 @@ def compare_cell(image_folder: str, reference_folder: str, coverage: NDArray[np.
         "mask": mask.astype(np.float32),
     }
     return {"meta": meta, "images": maps}
+
+
+def split_cell(image_folder: str, reference_folders: list[str], coverage: NDArray[np.float32]) -> dict:
+    """The error of an image entry split along a chain of reference entries, from full truth to what is nearest to the image.
+    coverage: as for `compare_cell`. Returns {"meta": {"rungs", "total", "closure"}, "images": {"rung-<k>": difference}}."""
+    image_folder = Path(image_folder)
+    with np.load(image_folder / "scored.npz") as data:
+        mask = whole_pixels(np.minimum(data["scored"], coverage))
+    image, noise = exr.read(image_folder / "image.exr"), image_folder / "standard_error.exr"
+    own = exr.read(noise)[mask] if noise.exists() else None
+    means, steps = [], []
+    for folder in map(Path, reference_folders):
+        with np.load(folder / "halves.npz") as halves:
+            a, b = halves["a"], halves["b"]
+        means.append(0.5 * (a.astype(np.float64) + b))
+        steps.append(chain.Step.of((a[mask], b[mask]), exr.read(folder / "standard_error.exr")[mask]))
+    found = chain.split([*steps, chain.Step.drawn(image[mask], own)])
+    means.append(image.astype(np.float64))
+    rungs = [
+        {
+            "value": rung.share.value,
+            "ci95": rung.share.to_json()["ci95"],
+            "fraction": rung.fraction,
+            "rel_rmse": rung.rel_rmse.to_json(),
+            "rel_bias": rung.rel_bias.to_json(),
+        }
+        for rung in found.rungs
+    ]
+    images = {f"rung-{k}": (end - start).astype(np.float32) for k, (start, end) in enumerate(pairwise(means))}
+    return {"meta": {"rungs": rungs, "total": found.total, "closure": found.closure}, "images": images}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import re
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ from evalsuite.report import scales
 from evalsuite.report.scales import Scale
 
 #: Changes when what is written changes, so that pages of an older version are made anew.
-VERSION = 1
+VERSION = 2
 #: name in cell["images"] → (title, what it shows)
 TITLES = {
     "image": ("Image", "what the GPU draws"),
@@ -31,6 +32,18 @@ TITLES = {
     "zscore": ("Certainty", "|error| in standard errors of the reference; grey: noise decides"),
     "flip": ("FLIP", "difference as a viewer perceives it when flipping between the two"),
 }
+
+
+_RUNG = re.compile(r"rung-(\d+)")
+
+
+def titles(cell: Mapping) -> dict[str, tuple[str, str]]:
+    """name → (title, what it shows) of all pictures that a cell can have."""
+    of_rungs = {
+        f"rung-{k}": (rung["rung"].capitalize(), f"{rung['to']} − {rung['from']}; blue: darker, red: brighter")
+        for k, rung in enumerate(cell.get("ledger") or [])
+    }
+    return {**TITLES, **of_rungs}
 
 
 @dataclass(frozen=True)
@@ -48,7 +61,8 @@ class Picture:
 
 def prepare(cell: Mapping, slug: str, directory: Path) -> tuple[list[Picture], list[str]]:
     """Write `cells/<slug>.js` and the previews unless they are there for these very files; (pictures, problems)."""
-    paths = {name: directory / cell["images"][name] for name in (*TITLES, "mask") if cell.get("images", {}).get(name)}
+    named = titles(cell)
+    paths = {name: directory / cell["images"][name] for name in (*named, "mask") if cell.get("images", {}).get(name)}
     if not paths:
         return [], []
     script = directory / "cells" / f"{slug}.js"
@@ -61,21 +75,21 @@ def prepare(cell: Mapping, slug: str, directory: Path) -> tuple[list[Picture], l
     pictures = []
     for entry in done["pictures"]:
         scale = Scale(*(_tuples(entry["scale"][field]) for field in ("stops", "ticks")), entry["scale"]["caption"])
-        title, shows = TITLES[entry["name"]]
+        title, shows = named[entry["name"]]
         preview = f"cells/{slug}/{entry['name']}.png"
         pictures.append(Picture(entry["name"], title, shows, preview, entry["width"], entry["height"], scale))
     return pictures, done["problems"]
 
 
 def _make(cell: Mapping, paths: Mapping[str, Path], script: Path) -> dict:
-    arrays, problems = {}, []
+    arrays, problems, named = {}, [], titles(cell)
     for name, path in paths.items():
         if name == "mask":
             continue
         try:
             arrays[name] = next(iter(exr.read_parts(path).values()))
         except EvalsuiteError as error:
-            problems.append(f"{TITLES[name][0]} cannot be shown: {error}")
+            problems.append(f"{named[name][0]} cannot be shown: {error}")
     shapes = {array.shape[:2] for array in arrays.values()}
     if len(shapes) > 1:
         arrays = {}
@@ -88,7 +102,7 @@ def _make(cell: Mapping, paths: Mapping[str, Path], script: Path) -> dict:
         height, width = array.shape[:2]
         stops = {"stops": scale.stops, "ticks": scale.ticks, "caption": scale.caption}
         pictures.append({"name": name, "width": width, "height": height, "scale": stops})
-        items.append({"name": TITLES[name][0], "tmo": settings, "channels": array.size // (width * height), "data": _half(array)})
+        items.append({"name": named[name][0], "tmo": settings, "channels": array.size // (width * height), "data": _half(array)})
     if items:
         content = {"width": width, "height": height, "pictures": items}
         with replacing(script) as temporary:
@@ -110,6 +124,12 @@ def _look(
     scored = values if mask is None else values[mask]
     if name == "error":
         scale = scales.diverging(scales.nice_limit(scored, 0.0), "image − reference, radiance")
+    elif _RUNG.fullmatch(name):
+        # One scale for all rungs, so that they can be told apart by their colours.
+        rungs = [a.mean(axis=2) if a.ndim == 3 else a for n, a in arrays.items() if _RUNG.fullmatch(n)]
+        all_values = np.concatenate([np.nan_to_num(r if mask is None else r[mask]).ravel() for r in rungs])
+        ends = cell["ledger"][int(name.removeprefix("rung-"))]
+        scale = scales.diverging(scales.nice_limit(all_values, 0.0), f"{ends['to']} − {ends['from']}, radiance")
     elif name == "relative":
         limit = min(max(scales.nice_limit(scored, 0.01), 0.01), 1.0)
         scale = scales.diverging(limit, "(image − reference) / reference", percent=True)
@@ -151,7 +171,8 @@ def js_json(value: object) -> str:
 
 
 def _key(cell: Mapping, paths: Mapping[str, Path]) -> str:
-    digest = hashlib.sha256(json.dumps([VERSION, cell.get("exposure")]).encode())
+    rungs = [[rung[name] for name in ("rung", "from", "to")] for rung in cell.get("ledger") or []]
+    digest = hashlib.sha256(json.dumps([VERSION, cell.get("exposure"), rungs]).encode())
     for name, path in paths.items():
         digest.update(name.encode())
         if path.is_file():
