@@ -51,7 +51,8 @@ class Prepared:
     """What an environment gives a technique's shader. prepare_ms: what making it cost, once. frame_ms: what has to be done
     in each frame before shading. probe: {"position", "faces": (6, w, w, 3)} of a map taken within the scene's room. defines: of
     the shader, as the environment decides them. before_pass: (frame, world → clip of its sub-sample, (4, 4)) → what has to be
-    drawn before that pass's shading."""
+    drawn before that pass's shading. rounds: how many passes each sub-sample is averaged over, where the environment decides
+    that; None leaves it to the technique."""
 
     uniforms: Mapping[str, object] = field(default_factory=dict)
     textures: Mapping[str, object] = field(default_factory=dict)
@@ -61,6 +62,7 @@ class Prepared:
     probe: Mapping[str, object] | None = None
     defines: Mapping[str, object] = field(default_factory=dict)
     before_pass: Callable[[Frame, Float], PassInputs] | None = None
+    rounds: int | None = None
 
 
 @dataclass(frozen=True)
@@ -96,11 +98,12 @@ class Technique:
     parameters, settings) → (N, 3) float64 radiance, an independent NumPy computation of what shade() returns. twin_bound:
     largest difference between the two over the twin's mean on a CPU renderer, for twin_bound_reason, with twin_settings.
     resolves: fill() finds material parameters in the picture, so the target waits for it. random: standard error comes with
-    the picture. within_room: it draws `scene.room`, which the scene must name. casts_shadows:
-    its twin needs each light's visibility at each point beside the settings. layers: `#define`s of each draw of a mesh, one
-    over the other. rounds: how many passes each sub-sample is averaged over; per_pass: uniforms of one pass. fill: (scene,
-    settings, with the names "given") → values for parameters that are still open. fit: an analysis of the picture for the
-    page.
+    the picture. within_room: it draws `scene.room`, which the scene must name. casts_shadows: its twin needs each light's
+    visibility at each point beside the settings. chain: (target, cause) from full truth to the technique: the cause is what
+    separates that target's picture from the next one's, the last from the technique's own. layers: `#define`s of each draw
+    of a mesh, one over the other. rounds: how many passes each sub-sample is averaged over; per_pass: uniforms of one pass.
+    fill: (scene, settings, with the names "given") → values for parameters that are still open. fit: an analysis of the
+    picture for the page.
     """
 
     id: str
@@ -124,6 +127,7 @@ class Technique:
     random: bool = False
     within_room: bool = False
     casts_shadows: bool = False
+    chain: tuple[tuple[str, str], ...] = ()
     defines: Callable[[Settings], Mapping[str, object]] = lambda settings: {}
     layers: Callable[[Settings], Sequence[Mapping[str, object]]] = lambda settings: ({},)
     rounds: Callable[[Settings, int], int] = lambda settings, subsamples: 1
