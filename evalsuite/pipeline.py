@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import shlex
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -176,12 +176,14 @@ class Run(Steps):
         result["notes"] += meta["notes"]
         files |= {name: place / f"{name}.exr" for name in ("error", "relative", "zscore", "flip", "mask")}
         result["status"] = "scored"
-        if technique.chain and technique.chain[0][0] == cell.target:
-            self._split(technique, source, parameters, (image, image_key), result, files)
+        chain = technique.chain(image_meta["parameters"])
+        if chain and chain[0][0] == cell.target:
+            self._split(technique, chain, source, parameters, (image, image_key), result, files)
 
     def _split(
         self,
         technique: Technique,
+        chain: Sequence[tuple[str, str]],
         source: SceneSource,
         parameters: Mapping,
         image: tuple[Path, str],
@@ -190,16 +192,16 @@ class Run(Steps):
     ) -> None:
         """The cell's error by cause, along the technique's chain of truths."""
         settings, references = DecompositionSettings.of(parameters), []
-        for target, _ in technique.chain:
+        for target, _ in chain:
             folder, meta, _, key = self.reference(source, target, self.settings.seed, settings)
             references.append((folder, key))
-            if meta["capped"] and target != technique.chain[0][0]:
+            if meta["capped"] and target != chain[0][0]:
                 result["warnings"].append(f"the reference of {target} stopped at the cap, at {meta['reached_error']:.2%}")
         place, meta = self.chain(image, references, self.seen(source).coverage)
-        ends = [*(target for target, _ in technique.chain[1:]), technique.id]
+        ends = [*(target for target, _ in chain[1:]), technique.id]
         result["ledger"] = [
             {"rung": cause, "from": target, "to": end, **rung}
-            for (target, cause), end, rung in zip(technique.chain, ends, meta["rungs"], strict=True)
+            for (target, cause), end, rung in zip(chain, ends, meta["rungs"], strict=True)
         ]
         result |= {"ledger_total": meta["total"], "ledger_closure": meta["closure"]}
         files |= {f"rung-{k}": place / f"rung-{k}.exr" for k in range(len(ends))}

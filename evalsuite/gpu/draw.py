@@ -48,7 +48,7 @@ def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], s
     width, height = scene.camera.size
     total, variance = np.zeros((height, width, 4)), np.zeros((height, width, 3))
     grid = camera.subsamples(supersample)
-    rounds = technique.rounds(settings[technique.id], len(grid))
+    rounds = prepared[technique.id].rounds or technique.rounds(settings[technique.id], len(grid))
     passes = [(number, subsample) for number in range(rounds) for subsample in grid]
     before_ms: list[float] = []
     for index, (number, subsample) in enumerate(passes):

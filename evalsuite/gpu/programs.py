@@ -76,13 +76,16 @@ def _compile_error(message: str, parts: Sequence[Part], fallback: str) -> Evalsu
 
 
 @lru_cache(maxsize=128)
-def program(vertex: tuple[Part, ...], fragment: tuple[Part, ...], defines: Defines = ()) -> moderngl.Program:
+def program(
+    vertex: tuple[Part, ...], fragment: tuple[Part, ...], defines: Defines = (), geometry: tuple[Part, ...] = ()
+) -> moderngl.Program:
     """Compiled and linked program. Raises EvalsuiteError naming file, line and the line's text."""
     gl = context.get()
+    stages = {"vertex_shader": vertex, "geometry_shader": geometry, "fragment_shader": fragment}
     try:
-        return gl.program(vertex_shader=_assemble(vertex, defines), fragment_shader=_assemble(fragment, defines))
+        return gl.program(**{name: _assemble(parts, defines) for name, parts in stages.items() if parts})
     except moderngl.Error as error:
-        stage = vertex if "vertex_shader" in str(error) else fragment
+        stage = next((parts for name, parts in stages.items() if parts and name in str(error)), fragment)
         raise _compile_error(str(error), stage, stage[-1].name) from error
 
 

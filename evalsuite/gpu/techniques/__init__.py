@@ -33,6 +33,8 @@ from evalsuite.gpu.techniques import (
     npr_silhouette,
     npr_sketch,
     shadow_none,
+    shadow_pcss,
+    shadow_sampled,
     shadow_wedges,
     split_sum,
 )
@@ -68,6 +70,8 @@ TECHNIQUES: Mapping[str, Technique] = {
         npr_hatching.TECHNIQUE,
         shadow_none.TECHNIQUE,
         shadow_wedges.TECHNIQUE,
+        shadow_sampled.TECHNIQUE,
+        shadow_pcss.TECHNIQUE,
         split_sum.TECHNIQUE,
         diffuse_sh9_windowed.TECHNIQUE,
         brute_force.TECHNIQUE,

@@ -99,8 +99,8 @@ class Technique:
     largest difference between the two over the twin's mean on a CPU renderer, for twin_bound_reason, with twin_settings.
     resolves: fill() finds material parameters in the picture, so the target waits for it. random: standard error comes with
     the picture. within_room: it draws `scene.room`, which the scene must name. casts_shadows: its twin needs each light's
-    visibility at each point beside the settings. chain: (target, cause) from full truth to the technique: the cause is what
-    separates that target's picture from the next one's, the last from the technique's own. layers: `#define`s of each draw
+    visibility at each point beside the settings. chain: settings → (target, cause) from full truth to the technique: the cause is
+    what separates that target's picture from the next one's, the last from the technique's own. layers: `#define`s of each draw
     of a mesh, one over the other. rounds: how many passes each sub-sample is averaged over; per_pass: uniforms of one pass.
     fill: (scene, settings, with the names "given") → values for parameters that are still open. fit: an analysis of the
     picture for the page.
@@ -127,7 +127,7 @@ class Technique:
     random: bool = False
     within_room: bool = False
     casts_shadows: bool = False
-    chain: tuple[tuple[str, str], ...] = ()
+    chain: Callable[[Settings], Sequence[tuple[str, str]]] = lambda settings: ()
     defines: Callable[[Settings], Mapping[str, object]] = lambda settings: {}
     layers: Callable[[Settings], Sequence[Mapping[str, object]]] = lambda settings: ({},)
     rounds: Callable[[Settings, int], int] = lambda settings, subsamples: 1

@@ -55,5 +55,5 @@ TECHNIQUE = Technique(
     twin=shadow.twin,
     target="direct",
     casts_shadows=True,
-    chain=(*shadow.TO_CENTRES, ("discs-centre", "wedge algorithm")),
+    chain=lambda settings: (*shadow.TO_CENTRES, ("discs-centre", "wedge algorithm")),
 )  # fmt: skip
