@@ -19,7 +19,7 @@ def test_the_table_and_the_workers_module_need_no_opengl():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-#: Sections A, B, C, D, F and G of the papers' systems, what practitioners use today, and our oracle.
+#: Sections A to G of the papers' systems, what practitioners use today, and our oracle.
 IDS = """
 mirror-sphere mirror-cube mirror-paraboloid mirror-paraboloid-2pass
 diffuse-map diffuse-sh9 diffuse-topmip
@@ -28,6 +28,7 @@ glossy-warped
 fresnel-mirror fresnel-add fresnel-blend kautz-combined mcguire-combined
 acquire
 npr-sketch npr-cool-warm npr-silhouette npr-hatching
+shadow-none shadow-wedges shadow-sampled shadow-pcss
 split-sum diffuse-sh9-windowed
 brute-force
 """.split()
@@ -42,7 +43,7 @@ def test_ids():
 def test_declarations_are_whole(technique):
     assert technique.title and technique.paper and technique.equations and technique.assumptions
     assert technique.shader.is_file() and technique.shader.stem == technique.id.replace("-", "_")
-    assert technique.target in ("unoccluded", "near-field", "lookup")
+    assert technique.target in ("unoccluded", "direct", "near-field", "lookup")
     names = [p.name for p in technique.parameters]
     assert len(set(names)) == len(names)
     for parameter in technique.parameters:
