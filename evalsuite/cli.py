@@ -385,8 +385,9 @@ def decompose_env(
         for row in facts["search"]
     ]
     _print_table(rows, ["light", "radius [deg]", "response", "irradiance (RGB)", "share", "so far", "of the sum before"])
-    print(f"{facts['lights']} lights with {facts['share']:.1%} of the luminance; energy kept to "
-          f"{max(abs(x) for x in facts['energy_residual']):.0e}")  # fmt: skip
+    residual = max(abs(x) for x in facts["energy_residual"])
+    count = f"{facts['lights']} light{'' if facts['lights'] == 1 else 's'}"
+    print(f"{count} with {facts['share']:.1%} of the luminance; energy kept to {residual:.0e}")
     print(output)
 
 

@@ -145,7 +145,8 @@ class Steps:
     def seen(self, source: SceneSource) -> GBuffer:
         """What Mitsuba's camera sees (materials' values do not matter for it)."""
         source = replace(source, bindings={})
-        key = digest([self.fingerprint(source), self.settings.supersample, source_digest("reference/gbuffer.py")])
+        code = source_digest("reference/gbuffer.py", "math/pixel.py")
+        key = digest([self.fingerprint(source), self.settings.supersample, code])
 
         def make() -> tuple[Path, dict]:
             self.progress.step(f"what Mitsuba sees of {source.path.stem}")
@@ -165,7 +166,7 @@ class Steps:
         """Scene-equivalence certificate: what the GPU side sees of a scene against what Mitsuba sees."""
         source = replace(source, bindings={})
         drawn = [file_digest(path) for path in module_files(PACKAGE / "gpu" / "gbuffer.py")]
-        code = [drawn, source_digest("scene/model.py", "reference/gbuffer.py", "compare/certificate.py")]
+        code = [drawn, source_digest("scene/model.py", "reference/gbuffer.py", "math/pixel.py", "compare/certificate.py")]
         key = digest([self.fingerprint(source), self.host()["gl_renderer"], self.settings.supersample, code])
 
         def make() -> tuple[Path, dict]:

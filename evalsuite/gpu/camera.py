@@ -11,11 +11,6 @@ Float = NDArray[np.float64]
 CENTRE = (0.5, 0.5)
 
 
-def subsamples(s: int) -> list[tuple[float, float]]:
-    """The s × s grid of sub-sample positions ((i + ½)/s, (j + ½)/s) within a pixel, x from its left, y from its top."""
-    return [((i + 0.5) / s, (j + 0.5) / s) for j in range(s) for i in range(s)]
-
-
 def depth_range(scene: Scene) -> tuple[float, float]:
     """(near, far) along the viewing axis, drawn in from the camera's own planes to what the meshes span: a 24-bit depth
     buffer then resolves it finely."""

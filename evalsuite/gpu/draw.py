@@ -12,11 +12,12 @@ from math import log2
 import numpy as np
 
 from evalsuite.errors import EvalsuiteError
-from evalsuite.gpu import camera, environment, material_maps, programs
+from evalsuite.gpu import environment, material_maps, programs
 from evalsuite.gpu.drawing import Drawing
 from evalsuite.gpu.passes import Draw, Stage, background_draw
 from evalsuite.gpu.plan import Binding, plan, require_can_stand_for
 from evalsuite.gpu.techniques.base import Frame, PassInputs, Prepared, Technique
+from evalsuite.math.pixel import subsamples
 from evalsuite.scene.model import Scene
 
 #: Colours that material.glsl sets before a shader runs, from these values or from bitmaps.
@@ -47,7 +48,7 @@ def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], s
     stage, sky = Stage(scene), background_draw(env.latlong, env.uniforms)
     width, height = scene.camera.size
     total, variance = np.zeros((height, width, 4)), np.zeros((height, width, 3))
-    grid = camera.subsamples(supersample)
+    grid = subsamples(supersample)
     rounds = prepared[technique.id].rounds or technique.rounds(settings[technique.id], len(grid))
     passes = [(number, subsample) for number in range(rounds) for subsample in grid]
     before_ms: list[float] = []

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from evalsuite.gpu import camera, environment, programs
+from evalsuite.gpu import environment, programs
 from evalsuite.gpu.passes import Draw, Stage, background_draw
+from evalsuite.math.pixel import subsamples
 from evalsuite.scene.model import GBuffer, Scene
 
 
@@ -22,7 +23,7 @@ def gbuffer(scene: Scene, supersample: int = 4) -> GBuffer:
     coverage, depth = np.zeros((height, width)), np.zeros((height, width))
     material = np.zeros((len(scene.materials), height, width))
     normal, position, background = (np.zeros((height, width, 3)) for _ in range(3))
-    grid = camera.subsamples(supersample)
+    grid = subsamples(supersample)
     for subsample in grid:
         stage.run(subsample, draws)
         geometry, place = stage.read(0).astype(np.float64), stage.read(1).astype(np.float64)

@@ -94,7 +94,7 @@ def decompose(radiance: ArrayLike, settings: DecompositionSettings = PAPER) -> D
                           "ended_by": "least_response"})  # fmt: skip
             break
         # |d − c|² = 2 (1 − cos): exact for small discs, where d·c is not.
-        taken = ((directions - centre) ** 2).sum(-1) <= 4.0 * np.sin(0.5 * radius) ** 2
+        taken = ((directions - centre) ** 2).sum(-1) <= 4.0 * np.sin(0.5 * (radius + search.texel_reach)) ** 2
         irradiance = (rest[taken].astype(np.float64) * omega[taken][:, None]).sum(0)
         before = float(total @ LUMINANCE)
         ratio = float(irradiance @ LUMINANCE) / before if before > 0 else None
@@ -151,6 +151,9 @@ class _Search:
         self._pool = ThreadPoolExecutor(os.cpu_count())  # NumPy's sums leave Python's lock alone
         height, width = radiance.shape[:2]
         self.luminance = np.maximum(radiance.astype(np.float64) @ LUMINANCE, 0.0).ravel()
+        #: A disc's texels have their centres within its radius and this [rad], a quarter of a texel: less, and the half covered
+        #: texels on a bright region's edge count as its surround; more, and discs smaller than the region would do.
+        self.texel_reach = 0.25 * max(np.pi / (height - 1), 2.0 * np.pi / width)
         omega = latlong_solid_angles(height, width).ravel()
         self.pyramid = Pyramid((self.luminance * omega).reshape(height, width))
         self.coarse, self.level = ([self.pyramid.level(r / n) for r in self.radii] for n in (_BOUND, _SEARCH))
@@ -197,10 +200,21 @@ class _Search:
         # A coarse level errs by a few per cent: the best of the best few sizes are looked at closely.
         closely = [self._place(size, self._direction(size, index)) for _, size, index in best[:6]]
         response, radius, centre = max(closely, key=lambda found: found[0])
-        # Near a pole whole rows go in and out with the radius, so neighbouring sizes are asked at the same place.
+        return response, self._fit(radius, centre), centre
+
+    def _fit(self, radius: float, centre: Float) -> float:
+        """The size near one that responds most at a place, by whole texels: coarse rows, and texels counted by parts, smear a
+        bright region's edge into the surround, where it weighs ten times as much."""
         about = int(np.searchsorted(self.radii, radius * (1.0 - 1e-9)))
-        sizes = range(max(about - 4, 0), min(about + 2, len(self.radii)))
-        return max([(response, radius, centre), *(self._place(size, centre) for size in sizes)], key=lambda found: found[0])
+        sizes = self.radii[max(about - 4, 0) : about + 2]
+        finest = self.pyramid.levels[0]
+        index = _within(finest, centre, sizes[-1] / self.settings.inner + self.texel_reach)
+        distance = 2.0 * np.arcsin(0.5 * np.linalg.norm(finest.directions(index) - centre, axis=-1)) - self.texel_reach
+        energy = finest.energy.ravel()[index]
+        order = np.argsort(distance)
+        within = np.concatenate([[0.0], np.cumsum(energy[order])])
+        inner, outer = (within[np.searchsorted(distance[order], r, side="right")] for r in (sizes, sizes / self.settings.inner))
+        return float(sizes[np.argmax((inner + self.settings.surround * (outer - inner)) / sizes)])
 
     def _direction(self, size: int, index: int) -> Float:
         return self.pyramid.levels[self.level[size]].directions(np.array([index]))[0]

@@ -1,14 +1,15 @@
-"""What Mitsuba's camera sees, on the regular sub-pixel grid that the GPU side uses too: one half of the certificate."""
+"""What Mitsuba's camera sees, at the sub-pixel positions that the GPU side uses too: one half of the certificate."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from evalsuite.math.pixel import subsamples
 from evalsuite.scene.load import LoadedScene
 from evalsuite.scene.model import GBuffer
 
 #: A ray that meets an edge between two triangles exactly can slip through between them, and symmetric scenes line edges up
-#: with a regular grid (a cube's diagonals, a sphere seen along its pole). A thousandth of a pixel aside, none does.
+#: with such positions (a cube's diagonals, a sphere seen along its pole). A thousandth of a pixel aside, none does.
 ASIDE = (1.0e-3, 0.6e-3)
 
 
@@ -30,31 +31,30 @@ def trace_gbuffer(loaded: LoadedScene, supersample: int = 4) -> GBuffer:
     per_material = np.zeros((len(loaded.scene.materials), count))
     depth = np.zeros(count)
     normal, position, background = (np.zeros((count, 3)) for _ in range(3))
-    for j in range(supersample):
-        for i in range(supersample):
-            # Opaque offsets: one kernel serves all sub-samples.
-            dx, dy = (dr.opaque(mi.Float, (k + 0.5) / supersample + aside) for k, aside in ((i, ASIDE[0]), (j, ASIDE[1])))
-            film = mi.Point2f((x + dx) / width, (y + dy) / height)
-            ray, _ = loaded.sensor.sample_ray(0.0, 0.5, film, mi.Point2f(0.5))
-            si = loaded.mitsuba.ray_intersect(ray)
-            seen = dr.zeros(mi.SurfaceInteraction3f, count)
-            seen.wi = -ray.d
-            sky = loaded.environment.eval(seen) if loaded.environment is not None else mi.Color3f(0.0)
-            shape = dr.reinterpret_array(mi.UInt32, si.shape)
-            dr.eval(si.p, si.sh_frame.n, si.wi, shape, sky)
+    for place in subsamples(supersample):
+        # Opaque offsets: one kernel serves all sub-samples.
+        dx, dy = (dr.opaque(mi.Float, k + aside) for k, aside in zip(place, ASIDE, strict=True))
+        film = mi.Point2f((x + dx) / width, (y + dy) / height)
+        ray, _ = loaded.sensor.sample_ray(0.0, 0.5, film, mi.Point2f(0.5))
+        si = loaded.mitsuba.ray_intersect(ray)
+        seen = dr.zeros(mi.SurfaceInteraction3f, count)
+        seen.wi = -ray.d
+        sky = loaded.environment.eval(seen) if loaded.environment is not None else mi.Color3f(0.0)
+        shape = dr.reinterpret_array(mi.UInt32, si.shape)
+        dr.eval(si.p, si.sh_frame.n, si.wi, shape, sky)
 
-            hit = np.array(si.is_valid())
-            point, facing = np.array(si.p, np.float64).T, np.array(si.wi.z)
-            owner = material_of[np.array(shape)]
-            n = np.array(si.sh_frame.n, np.float64).T
-            n = np.where((two_sided[owner] & (facing < 0.0))[:, None], -n, n)
-            hits += hit
-            for material in range(len(per_material)):
-                per_material[material] += hit & (owner == material)
-            depth += np.where(hit, (point - eye) @ axis, 0.0)
-            normal += np.where(hit[:, None], n, 0.0)
-            position += np.where(hit[:, None], point, 0.0)
-            background += np.broadcast_to(np.array(sky, np.float64).T, (count, 3))
+        hit = np.array(si.is_valid())
+        point, facing = np.array(si.p, np.float64).T, np.array(si.wi.z)
+        owner = material_of[np.array(shape)]
+        n = np.array(si.sh_frame.n, np.float64).T
+        n = np.where((two_sided[owner] & (facing < 0.0))[:, None], -n, n)
+        hits += hit
+        for material in range(len(per_material)):
+            per_material[material] += hit & (owner == material)
+        depth += np.where(hit, (point - eye) @ axis, 0.0)
+        normal += np.where(hit[:, None], n, 0.0)
+        position += np.where(hit[:, None], point, 0.0)
+        background += np.broadcast_to(np.array(sky, np.float64).T, (count, 3))
 
     some = np.maximum(hits, 1.0)
     length = np.linalg.norm(normal, axis=1, keepdims=True)

@@ -215,8 +215,8 @@ class Scene:
 
 @dataclass(frozen=True, eq=False)
 class GBuffer:
-    """What a camera sees, averaged over the same regular s×s sub-pixel grid in both renderers (sub-sample (i, j) sits at
-    ((i + ½)/s, (j + ½)/s) of its pixel). coverage: (H, W) float32 fraction of sub-samples that hit a surface.
+    """What a camera sees, averaged over the same s² sub-pixel positions in both renderers (`math.pixel.subsamples`).
+    coverage: (H, W) float32 fraction of sub-samples that hit a surface.
     material: (M, H, W) float32 the same per material. depth: (H, W) float32 mean distance along the viewing axis of the
     hits [world units], 0 where none. normal: (H, W, 3) float32 mean world shading normal of the hits, normalised, turned
     towards the viewer only on two-sided back faces; 0 where none. position: (H, W, 3) float32 mean world hit position.
