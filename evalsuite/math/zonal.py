@@ -66,23 +66,37 @@ def _rows(radiance: Float, degree: int) -> tuple[Float, Float, Float]:
     return theta, weights, mixed.reshape(-1, *radiance.shape[1:])
 
 
-def convolve(radiance: ArrayLike, bands: ArrayLike, directions: ArrayLike) -> Float:
-    """∫ L(l) K(r·l) dω, (P, C). radiance: (H, W, C) lat-long; bands: λ_l of K, l = 0 …; directions: (P, 3) r, local frame."""
-    radiance, bands = np.asarray(radiance, dtype=np.float64), np.asarray(bands, dtype=np.float64)
+def _orders(radiance: Float, bands: Float, theta_out: Float) -> Iterator[NDArray[np.complex128]]:
+    """For m = 0 … degree the (T, C) amplitudes of e^{imφ} of ∫ L(l) K(r·l) dω on circles of latitude θ."""
     degree, width = len(bands) - 1, radiance.shape[1]
     theta, weights, rows = _rows(radiance, degree)
     m = np.arange(degree + 1)
     # ∫ L e^{−imφ} dφ of a row: hats between texel centres (i + ½) 2π/W turn the discrete transform into sinc² times it.
     spectrum = np.fft.fft(rows, axis=1)[:, m % width] * (2.0 * np.pi / width)
     spectrum *= (np.sinc(m / width) ** 2 * np.exp(-1j * np.pi * m / width))[:, None]
-    u, v = direction_to_latlong(directions)
-    phi, theta_out = 2.0 * np.pi * u, np.pi * v
-    out = np.zeros((len(phi), radiance.shape[-1]))
     weighted = weights[:, None, None] * spectrum
     both = zip(_legendre(np.cos(theta), np.sin(theta), degree), _legendre(np.cos(theta_out), np.sin(theta_out), degree),
                strict=True)  # fmt: skip
     for order, (analysis, synthesis) in enumerate(both):
-        coefficients = bands[order:, None] * (analysis @ weighted[:, order])
-        rotated = np.exp(1j * order * phi)[:, None] * (synthesis.T @ coefficients)
-        out += (1.0 if order == 0 else 2.0) * rotated.real
+        yield synthesis.T @ (bands[order:, None] * (analysis @ weighted[:, order]))
+
+
+def convolve(radiance: ArrayLike, bands: ArrayLike, directions: ArrayLike) -> Float:
+    """∫ L(l) K(r·l) dω, (P, C). radiance: (H, W, C) lat-long; bands: λ_l of K, l = 0 …; directions: (P, 3) r, local frame."""
+    radiance, bands = np.asarray(radiance, dtype=np.float64), np.asarray(bands, dtype=np.float64)
+    u, v = direction_to_latlong(directions)
+    phi = 2.0 * np.pi * u
+    out = np.zeros((len(phi), radiance.shape[-1]))
+    for order, amplitude in enumerate(_orders(radiance, bands, np.pi * v)):
+        out += (1.0 if order == 0 else 2.0) * (np.exp(1j * order * phi)[:, None] * amplitude).real
     return out
+
+
+def convolve_grid(radiance: ArrayLike, bands: ArrayLike, rows: int) -> Float:
+    """The same at the nodes θ = jπ/(rows − 1), φ = 2πi/2(rows − 1) of a grid, poles included: (rows, 2(rows − 1), C)."""
+    radiance, bands = np.asarray(radiance, dtype=np.float64), np.asarray(bands, dtype=np.float64)
+    theta, columns = np.linspace(0.0, np.pi, rows), 2 * (rows - 1)
+    amplitudes = np.zeros((rows, columns, radiance.shape[-1]), np.complex128)
+    for order, amplitude in enumerate(_orders(radiance, bands, theta)):
+        amplitudes[:, order % columns] += (1.0 if order == 0 else 2.0) * amplitude  # real part of the sum: aliases add up too
+    return np.fft.ifft(amplitudes, axis=1).real * columns

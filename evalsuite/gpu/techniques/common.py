@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evalsuite.errors import EvalsuiteError
-from evalsuite.gpu.techniques.base import Parameter, Prepared, Settings
-from evalsuite.math import cubemap, phong, sh
+from evalsuite.gpu.techniques.base import Float, Parameter, Prepared, Settings
+from evalsuite.math import cubemap, lobe_field, phong, sh
 from evalsuite.scene.model import Environment, Material, Scene, Texture
 
 if TYPE_CHECKING:
@@ -217,3 +217,13 @@ def twin_cube(environment: Environment, face_size: int) -> cubemap.SeamlessCube:
     """The cubemap of an environment, resampled and filtered in float64, for twins."""
     level0 = cubemap.resample_latlong(environment.radiance, environment.to_world, face_size)
     return cubemap.SeamlessCube(cubemap.box_mips(level0))
+
+
+@lru_cache(maxsize=12)
+def _lobe_field(environment: Environment, exponent: float) -> lobe_field.LobeField:
+    return lobe_field.phong(environment.radiance, exponent)
+
+
+def exact_lobe(environment: Environment, exponent: float, directions: Float) -> Float:
+    """∫ (N + 1)/2π (d·l)₊^N L(l) dl about world directions d (P, 3), in float64 and without texels, (P, 3). N = 1: E/π."""
+    return _lobe_field(environment, float(exponent))(directions @ np.asarray(environment.to_world, np.float64))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import fields
+from functools import lru_cache
 
 import numpy as np
 
 from evalsuite.gpu.techniques import common
 from evalsuite.gpu.techniques.base import Float, Parameter, Settings, StandsFor
 from evalsuite.lights import decompose
-from evalsuite.lights.model import DecompositionSettings
+from evalsuite.lights.model import Decomposition, DecompositionSettings
 from evalsuite.math import lobe_grid, phong
 from evalsuite.scene.model import Environment, Material
 
@@ -64,10 +65,16 @@ TO_CENTRES = (
 )
 
 
+@lru_cache(maxsize=8)
+def decomposed(environment: Environment, settings: DecompositionSettings) -> tuple[Decomposition, Environment]:
+    """The environment's lights and, as an environment of its own, what is left."""
+    found = decompose.of(environment, settings)
+    return found, Environment(found.remainder, environment.to_world, f"remainder of {environment.source}")
+
+
 def twin(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
     """Ambient light of the remainder plus Σ V E f (n·D)₊ over the lights, (N, 3). settings["visibility"]: V, (N, L)."""
-    found = decompose.of(environment, DecompositionSettings.of(settings))
-    rest = Environment(found.remainder, environment.to_world, "remainder")
+    found, rest = decomposed(environment, DecompositionSettings.of(settings))
     out = twin_ambient(rest, normals, to_view, material, settings)
     for light, visible in zip(found.lights, np.asarray(settings["visibility"], np.float64).T, strict=True):
         to_light = environment.to_world @ np.asarray(light.direction)
@@ -76,16 +83,13 @@ def twin(environment: Environment, normals: Float, to_view: Float, material: Set
 
 
 def twin_ambient(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
-    """Prefiltered light of an environment, unshadowed: diffuse about n and, of a phong material, the lobe about r."""
-    from evalsuite.gpu.shadow.lighting import DIFFUSE_FACE_SIZE
-    from evalsuite.gpu.techniques import diffuse_map, glossy_phong_map
-
-    diffuse = {"reflectance": material.get("reflectance", material.get("diffuse_reflectance", 0.0))}
-    out = diffuse_map.twin(environment, normals, to_view, diffuse, {"face_size": DIFFUSE_FACE_SIZE})
+    """Light of an environment, unshadowed: diffuse about n and, of a phong material, the lobe about r. Without the maps' texels,
+    which are fine enough (`default_face_size`)."""
+    diffuse = material.get("reflectance", material.get("diffuse_reflectance", 0.0))
+    out = np.asarray(common.rgb(diffuse)) * common.exact_lobe(environment, 1.0, normals)
     if "exponent" in material:
-        face_size = glossy_phong_map.default_face_size(material["exponent"])
-        lobe = {"exponent": material["exponent"], "face_size": face_size}
-        out = out + glossy_phong_map.twin(environment, normals, to_view, material, lobe)
+        lobe = common.exact_lobe(environment, material["exponent"], phong.reflect(to_view, normals))
+        out = out + np.asarray(common.rgb(material.get("specular_reflectance", 1.0))) * lobe
     return out
 
 

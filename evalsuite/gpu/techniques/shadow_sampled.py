@@ -99,8 +99,8 @@ def twin(environment: Environment, normals: Float, to_view: Float, material: Set
     found = samples(environment, settings)
     out = np.zeros((len(normals), 3))
     if settings["sampling"] == "lights":
-        rest = decompose.of(environment, DecompositionSettings.of(settings)).remainder
-        out += shadow.twin_ambient(Environment(rest, environment.to_world, "remainder"), normals, to_view, material, settings)
+        _, rest = shadow.decomposed(environment, DecompositionSettings.of(settings))
+        out += shadow.twin_ambient(rest, normals, to_view, material, settings)
     visibility = np.asarray(settings["visibility"], np.float64).T
     for to_light, e, visible in zip(found.to_light, found.irradiance, visibility, strict=True):
         out += visible[:, None] * e * shadow.twin_reflected(normals, to_view, to_light, material)

@@ -7,6 +7,7 @@ import pytest
 
 from evalsuite.gpu import camera as gl_camera
 from evalsuite.gpu import worker
+from evalsuite.math.pixel import subsamples
 from evalsuite.scene.model import Camera
 
 from .helpers import FURNACE, look_at, material, scene, sphere_mesh
@@ -17,7 +18,10 @@ def _rays(view: Camera, s: int):
     width, height = view.size
     film, (x, y, *_) = view.film, view.crop
     c = 1 / np.tan(np.radians(view.fov_x_deg) / 2)
-    px, py = np.meshgrid((np.arange(width * s) + 0.5) / s, (np.arange(height * s) + 0.5) / s)
+    # Pixel (i, j) has its sub-samples in block (i, j) of s × s.
+    places = np.array(subsamples(s)).reshape(s, s, 2)
+    px = np.repeat(np.arange(width), s) + np.tile(places[..., 0], (height, width))
+    py = np.repeat(np.arange(height), s)[:, None] + np.tile(places[..., 1], (height, width))
     fx, fy = (px + x) / film[0] + view.principal_point[0], (py + y) / film[1] + view.principal_point[1]
     local = np.stack([(1 - 2 * fx) / c, (1 - 2 * fy) * film[1] / film[0] / c, np.ones_like(fx)], -1)
     return view.to_world[:3, 3], local @ view.to_world[:3, :3].T

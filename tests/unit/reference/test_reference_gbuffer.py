@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from evalsuite.math.pixel import subsamples
 from evalsuite.reference import worker
+from evalsuite.reference.gbuffer import ASIDE
 from evalsuite.scene.environment import evaluate
 from evalsuite.scene.model import SceneSource
 
@@ -64,12 +66,11 @@ def test_background_is_the_environment_along_each_ray_and_crops_agree(tmp_path):
     model = worker.load_model(source)
     tan = np.tan(np.radians(20))
     expected = np.zeros((48, 64, 3))
-    for j in range(2):
-        for i in range(2):
-            x = ((np.arange(64) + (i + 0.5) / 2) / 64 * 2 - 1) * tan
-            y = (1 - (np.arange(48) + (j + 0.5) / 2) / 48 * 2) * tan * 48 / 64
-            d = np.stack([*np.meshgrid(x, y), np.full((48, 64), -1.0)], -1)
-            expected += evaluate(model.environment, d) / 4
+    for right, down in subsamples(2):
+        x = ((np.arange(64) + right + ASIDE[0]) / 64 * 2 - 1) * tan
+        y = (1 - (np.arange(48) + down + ASIDE[1]) / 48 * 2) * tan * 48 / 64
+        d = np.stack([*np.meshgrid(x, y), np.full((48, 64), -1.0)], -1)
+        expected += evaluate(model.environment, d) / 4
     assert expected.max() > 0.05
     # One of the sky's horizon texels is a step of 0.2: float32 directions move it by 1e-4 of a texel.
     np.testing.assert_allclose(whole.background, expected, atol=1e-4)

@@ -23,7 +23,8 @@ def bare_machine(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_every_scene_is_listed_and_resolves() -> None:
     scenes = {scene["name"]: scene for scene in builtin.list_scenes()}
-    assert set(scenes) == {"sphere", "sphere72", "torus", "teapot", "organic", "still-life", "crate", "near-field"}
+    shadows = {"three-boxes", "column", "dancer"}
+    assert set(scenes) == {"sphere", "sphere72", "torus", "teapot", "organic", "still-life", "crate", "near-field"} | shadows
     for name, scene in scenes.items():
         assert builtin.scene_path(name) == Path(scene["path"])
         assert builtin.scene_path(scene["path"]) == Path(scene["path"])
