@@ -176,7 +176,7 @@ class Run(Steps):
         result |= {k: meta[k] for k in ("exposure", "mask_pixels", "mean_image", "mean_reference")}
         result |= {k: meta[k] for k in ("regions", "curves", "blob", "looked_up")}
         result["notes"] += meta["notes"]
-        files |= {name: place / f"{name}.exr" for name in ("error", "relative", "zscore", "flip", "mask")}
+        files |= {name: place / f"{name}.exr" for name in ("error", "relative", "zscore", "flip", "mask", "regions")}
         result["status"] = "scored"
         chain = technique.chain(image_meta["parameters"])
         if chain and chain[0][0] == cell.target:

@@ -66,7 +66,8 @@ def compare_cell(
     if surfaces is not None:
         truth = Noisy(reference.astype(np.float64), standard_error.astype(np.float64), (a.astype(np.float64) - b) / 2)
         picture = with_noise(image.astype(np.float64), own_noise, seed=1)
-        meta |= located(picture, truth, mask, surfaces)
+        found, maps["regions"] = located(picture, truth, mask, surfaces)
+        meta |= found
     return {"meta": meta, "images": maps}
 
 

@@ -9,6 +9,7 @@ environment is turned (`math.cubemap`). For a direction d with magnitudes a ≥ 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +31,12 @@ GRAZING = 0.3  # n·v
 #: Angles [degrees] from an edge, a corner and the centre of a face: 15, 6 and 10 % of all directions.
 EDGE_DEG, CORNER_DEG, CENTRE_DEG = 5.0, 10.0, 15.0
 HIGHLIGHT_PERCENTILE = 99.0
+#: Which region a pixel has the colour of in a picture of them: the first of these that it is in, as 1, 2, …; then the outline of
+#: the largest blob.
+ORDER = (
+    "highlight", "silhouette", "penumbra", "umbra", "face-corner", "face-edge", "grazing", "face-centre", "unshadowed",
+)  # fmt: skip
+OUTLINE = len(ORDER) + 1
 #: Below the first part of the lights' light a pixel is in the umbra, above the second it is unshadowed.
 UMBRA, UNSHADOWED = 0.01, 0.99
 
@@ -100,6 +107,17 @@ def masks(surfaces: Surfaces, inside: Mask, luminance: ArrayLike) -> dict[str, M
             "unshadowed": inside & unshadowed,
         }
     return {name: region for name, region in regions.items() if region.any()}
+
+
+def picture(regions: Mapping[str, Mask], blob: Mask | None, shape: tuple[int, int]) -> NDArray[np.float32]:
+    """(H, W): each pixel's number in ORDER, 0 in none, OUTLINE on the inner border of the blob."""
+    numbers = np.zeros(shape, np.float32)
+    for number, name in reversed(list(enumerate(ORDER, 1))):
+        if name in regions:
+            numbers[regions[name]] = number
+    if blob is not None:
+        numbers[blob & ~ndimage.binary_erosion(blob)] = OUTLINE
+    return numbers
 
 
 def silhouette(surfaces: Surfaces, inside: Mask) -> Mask:

@@ -10,15 +10,15 @@ of the reference and held against the other.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evalsuite.compare import statistics
+from evalsuite.compare import regions, statistics
 from evalsuite.compare.blob import largest_blob
 from evalsuite.compare.comparison import mean_square, pixelwise
-from evalsuite.compare.regions import Mask, Surfaces, face_angles, masks
+from evalsuite.compare.regions import Mask, Surfaces, face_angles
 from evalsuite.compare.statistics import Metric, Noisy
 from evalsuite.image.color import luminance
 
@@ -28,38 +28,39 @@ FACE_ANGLE_EDGES = (*np.arange(0.0, 54.0, 5.0).tolist(), FARTHEST_DEG)
 N_DOT_V_EDGES = tuple(k / 10 for k in range(11))
 
 
-def located(picture: Noisy, truth: Noisy, inside: Mask, surfaces: Surfaces) -> dict[str, object]:
-    """`regions`, `curves`, `blob` (None where there is none) and `looked_up` (n or r, see `regions`) of results.json.
-    picture, truth: (H, W, 3) linear; inside: (H, W) the object mask."""
+def located(picture: Noisy, truth: Noisy, inside: Mask, surfaces: Surfaces) -> tuple[dict[str, object], NDArray[np.float32]]:
+    """`regions`, `curves`, `blob` (None where there is none) and `looked_up` (n or r, see `regions`) of results.json, and the
+    picture of the regions. picture, truth: (H, W, 3) linear; inside: (H, W) the object mask."""
+    found = regions.masks(surfaces, inside, luminance(truth.plus))
     difference = luminance(picture.mean) - luminance(truth.mean)
     sigma = luminance(np.hypot(picture.standard_error, truth.standard_error))  # channels taken as fully correlated
-    blob = largest_blob(difference, sigma, inside, float(luminance(truth.mean)[inside].mean()))
-    return {
-        "regions": region_scores(picture, truth, inside, surfaces),
+    blob, outline = largest_blob(difference, sigma, inside, float(luminance(truth.mean)[inside].mean())) or (None, None)
+    meta = {
+        "regions": scores(picture, truth, inside, found),
         "curves": curves(picture, truth, inside, surfaces),
-        "blob": blob[0] if blob else None,
+        "blob": blob,
         "looked_up": looked_up_at(surfaces, inside),
     }
+    return meta, regions.picture(found, outline, inside.shape)
 
 
-def region_scores(picture: Noisy, truth: Noisy, inside: Mask, surfaces: Surfaces) -> dict[str, dict[str, object]]:
+def scores(picture: Noisy, truth: Noisy, inside: Mask, found: Mapping[str, Mask]) -> dict[str, dict[str, object]]:
     """Region → {"pixels", "share": of the mask's squared error, "metrics": {name: {"value", "ci95"}}}, each metric over the
-    region's own pixels and its own mean reference. picture, truth: (H, W, 3)."""
-    found = masks(surfaces, inside, luminance(truth.plus))
+    region's own pixels and its own mean reference. found: regions within the mask, the highlight chosen by half A."""
     picture, truth = picture[inside], truth[inside]
     other = _second_half(truth)
     whole = {id(reference): mean_square(picture, reference) for reference in (truth, other)}
-    scores = {}
+    scored = {}
     for name, region in found.items():
         against = other if name == "highlight" else truth
         here = np.flatnonzero(region[inside])
-        scored = pixelwise(picture[here], against[here])
-        scores[name] = {
+        metrics = pixelwise(picture[here], against[here])
+        scored[name] = {
             "pixels": len(here),
-            "share": _share(scored["mse"], whole[id(against)], len(here) / int(inside.sum())).to_json(),
-            "metrics": {metric: value.to_json() for metric, value in scored.items()},
+            "share": _share(metrics["mse"], whole[id(against)], len(here) / len(picture.mean)).to_json(),
+            "metrics": {metric: value.to_json() for metric, value in metrics.items()},
         }
-    return scores
+    return scored
 
 
 def curves(picture: Noisy, truth: Noisy, inside: Mask, surfaces: Surfaces) -> dict[str, dict[str, object]]:
