@@ -228,7 +228,7 @@ def test_intervals_of_regions_hold_the_truth():
     for seed in range(trials):
         reference = noisy(truth, 0.05, seed)
         found = masks(cut, inside, luminance(reference.plus))
-        scored = where.scores(exact(image), reference, inside, found)
+        scored = where.located(exact(image), reference, inside, cut)[0]["regions"]
         for name in ("grazing", "face-edge", "highlight"):
             true = (image - truth)[found[name]]
             for metric, value in (("rel_bias", true.mean()), ("rel_rmse", np.sqrt((true**2).mean()))):
