@@ -83,7 +83,8 @@ def plot(label: str, bins: Iterable[Mapping]) -> Plot:
     values = [b[name]["value"] for b in bins for name, _ in SERIES if b[name]["value"] is not None]
     low, high = min([0.0, *values]), max([0.0, *values])
     step = _step(high - low)
-    low, high = step * math.floor(low / step), step * math.ceil(high / step)
+    low = step * math.floor(low / step)
+    high = max(step * math.ceil(high / step), low + step)
     first, last = min(b["edges"][0] for b in bins), max(b["edges"][1] for b in bins)
 
     def x(value: float) -> float:
