@@ -88,6 +88,8 @@ class Run(Steps):
             "certificate": None,
             "metrics": {},
             "regions": {},
+            "curves": {},
+            "blob": None,
             "ledger": [],
             "cost": {},
             "images": {},

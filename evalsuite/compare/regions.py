@@ -149,8 +149,9 @@ def pixel_width(surfaces: Surfaces, inside: Mask) -> float:
 
 
 def _brightest(luminance: NDArray, inside: Mask) -> Mask:
-    """The brightest 1 % within the mask, at least one pixel; none where all are alike."""
+    """The brightest 1 % within the mask. Where more than twice as many share the limit's value (a picture of flat parts), only
+    those above it; none where it is the largest."""
     values = luminance[inside]
-    if values.min() == values.max():
-        return np.zeros_like(inside)
-    return inside & (luminance >= np.percentile(values, HIGHLIGHT_PERCENTILE, method="higher"))
+    limit = np.percentile(values, HIGHLIGHT_PERCENTILE, method="higher")
+    found = inside & (luminance >= limit)
+    return found if found.sum() <= 0.02 * values.size + 1 else inside & (luminance > limit)

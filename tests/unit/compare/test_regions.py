@@ -152,6 +152,10 @@ def test_highlight_is_the_brightest_hundredth():
     found = masks(seen, inside, brightness)["highlight"]
     assert found.sum() == pytest.approx(0.01 * inside.sum(), abs=1)
     assert brightness[found].min() > brightness[inside & ~found].max()
+    flat = np.minimum(brightness, np.median(brightness))  # half of it at the limit: no hundredth of it stands out
+    assert "highlight" not in masks(seen, inside, flat)
+    flat[120, 120] += 1
+    assert masks(seen, inside, flat)["highlight"].sum() == 1
 
 
 def test_light_that_arrives():
