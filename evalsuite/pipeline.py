@@ -88,6 +88,8 @@ class Run(Steps):
             "certificate": None,
             "metrics": {},
             "regions": {},
+            "curves": {},
+            "blob": None,
             "ledger": [],
             "cost": {},
             "images": {},
@@ -170,11 +172,13 @@ class Run(Steps):
                 "message": "the renderers do not see the same scene: " + "; ".join(certificate["reasons"]),
             }
             return
-        place, meta = self.comparison((image, image_key), (reference, reference_key), self.seen(source).coverage)
+        surfaces = self.surfaces(source, cell.target, DecompositionSettings.of(parameters))
+        place, meta = self.comparison((image, image_key), (reference, reference_key), self.seen(source).coverage, surfaces)
         result["metrics"] = meta["metrics"]
         result |= {k: meta[k] for k in ("exposure", "mask_pixels", "mean_image", "mean_reference")}
+        result |= {k: meta[k] for k in ("regions", "curves", "blob", "looked_up")}
         result["notes"] += meta["notes"]
-        files |= {name: place / f"{name}.exr" for name in ("error", "relative", "zscore", "flip", "mask")}
+        files |= {name: place / f"{name}.exr" for name in ("error", "relative", "zscore", "flip", "mask", "regions")}
         result["status"] = "scored"
         chain = technique.chain(image_meta["parameters"])
         if chain and chain[0][0] == cell.target:

@@ -37,6 +37,9 @@ NEAR_FIELD = "near-field"
 #: The targets that take the environment apart (`lights.model`), and so depend on how.
 DISCS = ("discs-unshadowed", "discs-centre", "discs", "discs-shadowed")
 
+#: The targets without any visibility.
+UNSHADOWED = ("unoccluded", "discs-unshadowed", "lookup")
+
 #: Targets in order of truth, as in `reference.integrators`.
 TARGETS: Mapping[str, str] = {
     "unoccluded": "environment × BRDF with horizon, no visibility",

@@ -17,13 +17,14 @@ import numpy as np
 from evalsuite import surroundings
 from evalsuite.compare.certificate import certify
 from evalsuite.compare.mask import whole_pixels
+from evalsuite.compare.regions import Surfaces
 from evalsuite.execute.local import Workers
 from evalsuite.gpu.plan import plan
 from evalsuite.gpu.techniques.base import LOOKUP, Technique
 from evalsuite.image import exr
 from evalsuite.image.color import luminance
 from evalsuite.lights.model import DecompositionSettings
-from evalsuite.plan import DISCS, QUALITY
+from evalsuite.plan import DISCS, QUALITY, UNSHADOWED
 from evalsuite.scene.dependencies import dependencies
 from evalsuite.scene.model import GBuffer, Scene, SceneSource
 from evalsuite.scene.outline import outline_from_json, outline_to_json
@@ -274,20 +275,61 @@ class Steps:
         bound = [ids.index(name) for name in source.bindings if name in ids]
         return whole_pixels(seen.material[bound].sum(0) if bound else seen.coverage)
 
-    def comparison(self, image: tuple[Path, str], reference: tuple[Path, str], coverage: np.ndarray) -> tuple[Path, dict]:
-        """metrics.json and the error maps of one cell."""
+    def surfaces(self, source: SceneSource, target: str, decomposition: DecompositionSettings) -> Surfaces:
+        """What the pixels of a cell show, by which its regions are told apart."""
+        seen, outline = self.seen(source), self.outline(source)
+        diffuse = [k for k, material in enumerate(outline.materials) if material.plugin == "diffuse"]
+        return Surfaces(
+            normal=seen.normal,
+            position=seen.position,
+            material=seen.material.argmax(0).astype(np.int32),
+            eye=outline.camera.to_world[:3, 3],
+            about_normal=None if target == LOOKUP else seen.material[diffuse].sum(0) > 0.5,
+            visible=None if target in UNSHADOWED else self.light_visibility(source, decomposition),
+        )
+
+    def light_visibility(self, source: SceneSource, decomposition: DecompositionSettings) -> np.ndarray | None:
+        """Part of the light of the environment's area lights that reaches each pixel: (H, W), None without lights."""
+        source = replace(source, bindings={})
+        code = [source_digest("reference/shadow_regions.py", "reference/gbuffer.py", "math/disc_samples.py")]
+        code += [file_digest(path) for path in module_files(PACKAGE / "lights" / "decompose.py")]
+        key = digest([self.fingerprint(source), decomposition, code])
+
+        def make() -> tuple[Path, dict]:
+            self.progress.step(f"shadows' regions of {source.path.stem}")
+            visible = self.workers.reference.call("evalsuite.reference.worker:light_visibility", source, decomposition)
+
+            def fill(folder: Path) -> None:
+                if visible is not None:
+                    np.savez_compressed(folder / "visible.npz", visible=visible)
+
+            return self.store.put("visibility", key, {"lights": visible is not None}, fill)
+
+        place, meta, _ = self.once("visibility", key, make)
+        if not meta["lights"]:
+            return None
+        with np.load(place / "visible.npz") as data:
+            return data["visible"]
+
+    def comparison(
+        self, image: tuple[Path, str], reference: tuple[Path, str], coverage: np.ndarray, surfaces: Surfaces | None = None
+    ) -> tuple[Path, dict]:
+        """metrics.json and the error maps of one cell; with surfaces also where the error is."""
         key = digest(
             [
                 image[1],
                 reference[1],
                 coverage,
-                source_digest("compare", "image/color.py"),
+                surfaces,
+                source_digest("compare", "image/color.py", "math/phong.py"),
                 package_versions("flip-evaluator", "scikit-image", "numpy", "scipy"),
             ]
         )
 
         def make() -> tuple[Path, dict]:
-            result = self.workers.compare.call("evalsuite.compare.cell:compare_cell", str(image[0]), str(reference[0]), coverage)
+            result = self.workers.compare.call(
+                "evalsuite.compare.cell:compare_cell", str(image[0]), str(reference[0]), coverage, surfaces
+            )
 
             def fill(folder: Path) -> None:
                 for name, picture in result["images"].items():

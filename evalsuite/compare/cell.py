@@ -9,14 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evalsuite.compare import chain, compare
+from evalsuite.compare.comparison import with_noise
 from evalsuite.compare.mask import whole_pixels
+from evalsuite.compare.regions import Surfaces
+from evalsuite.compare.statistics import Noisy
+from evalsuite.compare.where import located
 from evalsuite.errors import EvalsuiteError
 from evalsuite.image import exr
 from evalsuite.image.color import luminance
 
 
-def compare_cell(image_folder: str, reference_folder: str, coverage: NDArray[np.float32]) -> dict:
-    """Metrics and maps of an image entry against a reference entry of the store.
+def compare_cell(
+    image_folder: str, reference_folder: str, coverage: NDArray[np.float32], surfaces: Surfaces | None = None
+) -> dict:
+    """Metrics and maps of an image entry against a reference entry of the store; with surfaces also where the error is.
 
     coverage: (H, W) fraction of each pixel that Mitsuba sees covered by any object; with the GPU's own `scored` it makes
     the object mask. Returns {"meta": …, "images": {name: array}}."""
@@ -35,14 +41,15 @@ def compare_cell(image_folder: str, reference_folder: str, coverage: NDArray[np.
             "an object in view",
             "move the camera or use a larger --size",
         )
-    own_noise = image_folder / "standard_error.exr"
+    noise = image_folder / "standard_error.exr"
+    own_noise = exr.read(noise).astype(np.float64) if noise.exists() else None
     result = compare(
         image,
         reference,
         standard_error=standard_error,
         halves=(a, b),
         mask=mask,
-        image_standard_error=exr.read(own_noise) if own_noise.exists() else None,
+        image_standard_error=own_noise,
     )
     meta = result.to_json() | {
         "mask_pixels": int(mask.sum()),
@@ -56,6 +63,11 @@ def compare_cell(image_folder: str, reference_folder: str, coverage: NDArray[np.
         "flip": result.flip_map,
         "mask": mask.astype(np.float32),
     }
+    if surfaces is not None:
+        truth = Noisy(reference.astype(np.float64), standard_error.astype(np.float64), (a.astype(np.float64) - b) / 2)
+        picture = with_noise(image.astype(np.float64), own_noise, seed=1)
+        found, maps["regions"] = located(picture, truth, mask, surfaces)
+        meta |= found
     return {"meta": meta, "images": maps}
 
 

@@ -90,7 +90,7 @@ def compare(
     inside = _mask(mask, truth.shape)
     truth = _reference(truth, standard_error, halves, notes)
     noise = _picture("image standard error", image_standard_error, picture.shape) if image_standard_error is not None else None
-    picture = _with_noise(picture, noise, seed=1)
+    picture = with_noise(picture, noise, seed=1)
 
     view = perceptual.view_of(truth.mean, inside)
     maps = _perceptual_maps(picture, truth, view)
@@ -125,12 +125,27 @@ def _score(
     picture: Noisy, truth: Noisy, mask: NDArray[np.bool_], view: perceptual.View, maps: Mapping[str, tuple[NDArray, ...]]
 ) -> dict[str, Metric]:
     a, b = picture[mask], truth[mask]
-    mean, _ = b.grand_mean
-    mse = statistics.debiased(metrics.squared_error, a, b, quadratic=True)
-    rmse = mse.map(math.sqrt)
     peak = 1.0 / view.exposure
     largest = metrics.largest_channel_error
     p99 = statistics.percentile(largest, 99.0, a, b)
+    simple = pixelwise(a, b)
+    return {
+        **simple,
+        "psnr": simple["mse"].map(lambda v: 10 * math.log10(peak**2 / v) if v > 0 else math.inf),
+        **{
+            name: statistics.of_map(*maps[name], mask, scale.order, scale.ratio).within(scale.lowest, scale.highest)
+            for name, scale in PERCEPTUAL.items()
+        },
+        "max_abs": statistics.maximum(largest, a, b, p99.ci95[0]),
+        "p99_abs": p99,
+    }
+
+
+def pixelwise(a: Noisy, b: Noisy) -> dict[str, Metric]:
+    """The metrics that are means over pixels, each by itself: a is the image, b the reference, both (N, 3)."""
+    mean, _ = b.grand_mean
+    mse = mean_square(a, b)
+    rmse = mse.map(math.sqrt)
     return {
         "mse": mse,
         "rmse": rmse,
@@ -140,14 +155,12 @@ def _score(
         "smape": statistics.averaged(metrics.symmetric_relative_error, a, b),
         "bias": statistics.bias(a, b),
         "rel_bias": statistics.relative_bias(a, b),
-        "psnr": mse.map(lambda v: 10 * math.log10(peak**2 / v) if v > 0 else math.inf),
-        **{
-            name: statistics.of_map(*maps[name], mask, scale.order, scale.ratio).within(scale.lowest, scale.highest)
-            for name, scale in PERCEPTUAL.items()
-        },
-        "max_abs": statistics.maximum(largest, a, b, p99.ci95[0]),
-        "p99_abs": p99,
     }
+
+
+def mean_square(a: Noisy, b: Noisy) -> Metric:
+    """mean (a − b)², free of noise."""
+    return statistics.debiased(metrics.squared_error, a, b, quadratic=True)
 
 
 def _perceptual_maps(picture: Noisy, truth: Noisy, view: perceptual.View) -> dict[str, tuple[NDArray, ...]]:
@@ -168,7 +181,7 @@ def _reference(
             notes.append("no standard error and no halves of the reference: nothing is debiased, intervals are single points")
         else:
             notes.append("no halves of the reference: debiased by its standard error")
-        return _with_noise(mean, sigma, seed=0)
+        return with_noise(mean, sigma, seed=0)
     first, second = (_picture(f"half {i + 1}", half, mean.shape) for i, half in enumerate(halves))
     noise = (first - second) / 2
     if sigma is None:
@@ -177,7 +190,7 @@ def _reference(
     return Noisy(mean, np.abs(sigma), noise)
 
 
-def _with_noise(mean: NDArray, sigma: NDArray | None, seed: int) -> Noisy:
+def with_noise(mean: NDArray, sigma: NDArray | None, seed: int) -> Noisy:
     """Without halves, ± the standard error stands for a realisation of the noise, its sign drawn per pixel."""
     if sigma is None:
         return Noisy(mean, np.zeros_like(mean), np.zeros_like(mean))

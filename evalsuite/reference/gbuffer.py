@@ -22,7 +22,7 @@ def trace_gbuffer(loaded: LoadedScene, supersample: int = 4) -> GBuffer:
     count = width * height
     index = dr.arange(mi.UInt32, count)
     x, y = mi.Float(index % width), mi.Float(index // width)
-    material_of = _material_table(loaded)
+    material_of = material_table(loaded)
     two_sided = np.array([m.two_sided for m in loaded.scene.materials] + [False])
     to_world = loaded.scene.camera.to_world
     eye, axis = to_world[:3, 3], to_world[:3, 2] / np.linalg.norm(to_world[:3, 2])
@@ -73,7 +73,7 @@ def trace_gbuffer(loaded: LoadedScene, supersample: int = 4) -> GBuffer:
     )
 
 
-def _material_table(loaded: LoadedScene) -> np.ndarray:
+def material_table(loaded: LoadedScene) -> np.ndarray:
     """Dr.Jit registry id of a shape → index of its material, −1 for none (a miss has id 0)."""
     import drjit as dr
     import mitsuba as mi

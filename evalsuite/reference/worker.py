@@ -13,6 +13,7 @@ from evalsuite.lights.model import DecompositionSettings
 from evalsuite.reference import render, room, variants
 from evalsuite.reference.gbuffer import trace_gbuffer
 from evalsuite.reference.render import RenderState
+from evalsuite.reference.shadow_regions import visible_light
 from evalsuite.scene.model import Environment, GBuffer, Room, Scene, SceneSource
 
 
@@ -37,6 +38,11 @@ def read_environment(path: str, repair: bool = False) -> Environment:
 def gbuffer(source: SceneSource, supersample: int = 4) -> GBuffer:
     """What Mitsuba's camera sees, on supersample² sub-samples a pixel."""
     return trace_gbuffer(render.load_cached(source), supersample)
+
+
+def light_visibility(source: SceneSource, decomposition: DecompositionSettings) -> NDArray[np.float32] | None:
+    """Part of the area lights' light that reaches each pixel; see `shadow_regions.visible_light`."""
+    return visible_light(render.load_cached(source), decomposition)
 
 
 def advance(

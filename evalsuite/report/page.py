@@ -16,7 +16,7 @@ from pathlib import Path
 import jinja2
 
 from evalsuite.image.files import replacing
-from evalsuite.report import pictures
+from evalsuite.report import pictures, where
 from evalsuite.report.scales import short
 from evalsuite.store.results import slug
 
@@ -59,10 +59,17 @@ def write(results: Mapping, directory: Path) -> Path:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("evalsuite.report"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
-    environment.filters |= {"number": number, "interval": interval, "plain": _plain, "short": _short}
+    environment.filters |= {"number": number, "interval": interval, "plain": _plain, "short": _short,
+                            "worst_region": where.worst, "curve_plots": where.plots}  # fmt: skip
     counts = {status: sum(c["data"].get("status") == status for c in cells) for status in STATUS}
     html = environment.get_template("index.html").render(
-        results=results, cells=cells, metrics=METRICS, statuses=STATUS, counts=counts, host=_host(results.get("host") or {})
+        results=results,
+        cells=cells,
+        metrics=METRICS,
+        statuses=STATUS,
+        counts=counts,
+        host=_host(results.get("host") or {}),
+        region_rows=where.ROWS,
     )
     index = directory / "index.html"
     with replacing(index) as temporary:

@@ -43,7 +43,8 @@ def titles(cell: Mapping) -> dict[str, tuple[str, str]]:
         f"rung-{k}": (rung["rung"].capitalize(), f"{rung['to']} − {rung['from']}; blue: darker, red: brighter")
         for k, rung in enumerate(cell.get("ledger") or [])
     }
-    return {**TITLES, **of_rungs}
+    of_regions = {"regions": ("Regions", "where on the object; a pixel of several has the first one's colour")}
+    return {**TITLES, **of_rungs, **(of_regions if "regions" in cell.get("images", {}) else {})}
 
 
 @dataclass(frozen=True)
@@ -133,6 +134,8 @@ def _look(
     elif name == "relative":
         limit = min(max(scales.nice_limit(scored, 0.01), 0.01), 1.0)
         scale = scales.diverging(limit, "(image − reference) / reference", percent=True)
+    elif name == "regions":
+        scale = scales.regions(cell.get("regions") or ())
     else:
         scale = scales.standard_errors() if name == "zscore" else scales.flip()
     settings = {"activeTMO": "script", "script": scale.glsl, "exposure": 0, "min": scale.low, "max": scale.high}

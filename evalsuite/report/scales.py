@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from evalsuite.compare.regions import ORDER, OUTLINE
 
 #: A stop is (value, sRGB code values 0–255); colours are interpolated linearly in sRGB, as CSS gradients do.
 Stop = tuple[float, tuple[int, int, int]]
@@ -16,6 +19,11 @@ _DIVERGING = ((-1.0, (18, 59, 125)), (-0.5, (88, 150, 205)), (0.0, (245, 245, 24
 _MAGMA = (
     (0, 0, 4), (28, 16, 68), (79, 18, 123), (129, 37, 129), (181, 54, 122), (229, 80, 100), (251, 135, 97), (254, 194, 135),
     (252, 253, 191),
+)  # fmt: skip
+#: None, the regions of ORDER, the outline of the blob. Red and green of like lightness do not meet.
+REGIONS = (
+    (236, 236, 234), (255, 214, 64), (120, 126, 134), (168, 120, 200), (60, 40, 110), (196, 60, 40), (240, 150, 90),
+    (40, 120, 150), (150, 205, 180), (214, 226, 240), (0, 0, 0),
 )  # fmt: skip
 _Z = ((2.0, (250, 224, 140)), (4.0, (240, 150, 70)), (10.0, (178, 30, 45)), (20.0, (70, 5, 40)))
 
@@ -90,6 +98,15 @@ def radiance(exposure: float) -> Scale:
         linear = code / 12.92 if code <= 0.04045 else ((code + 0.055) / 1.055) ** 2.4
         ticks.append((code, ("≥ " if code == 1 else "") + short(linear / exposure)))
     return Scale(stops, tuple(ticks), f"radiance; exposure {math.log2(exposure):+.2f} EV, sRGB")
+
+
+def regions(names: Iterable[str]) -> Scale:
+    """Regions of a cell by their numbers (`compare.regions.ORDER`), one flat colour each."""
+    stops = [(float(number) + end, code) for number, code in enumerate(REGIONS) for end in (-0.5, 0.5)]
+    shown = [f"{number} {name}" for number, name in enumerate(ORDER, 1) if name in names]
+    middle = [(float(number), str(number)) for number, name in enumerate(ORDER, 1) if name in names]
+    ticks = ((stops[0][0], ""), *middle, (stops[-1][0], ""))  # the page sets the outermost flush with the bar's ends
+    return Scale(tuple(stops), ticks, "; ".join([*shown, f"{OUTLINE} outline of the largest blob"]))
 
 
 def nice_limit(values: NDArray, least: float) -> float:

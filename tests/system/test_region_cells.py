@@ -1,0 +1,85 @@
+"""Regions, blob and curves through the program: results.json and the page."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from evalsuite.image import exr
+
+BOX = """<scene version="3.0.0">
+    <sensor type="perspective">
+        <transform name="to_world"><lookat origin="3, 4, 5" target="0, 0.3, 0" up="0, 1, 0"/></transform>
+        <float name="fov" value="36"/>
+        <film type="hdrfilm"><integer name="width" value="64"/><integer name="height" value="64"/></film>
+    </sensor>
+    <emitter type="envmap"><string name="filename" value="lamp.exr"/></emitter>
+    <bsdf type="diffuse" id="subject"><rgb name="reflectance" value="0.5"/></bsdf>
+    <shape type="rectangle">
+        <transform name="to_world"><scale value="2.6"/><rotate x="1" angle="-90"/></transform><ref id="subject"/>
+    </shape>
+    <shape type="cube">
+        <transform name="to_world"><scale x="0.4" y="0.6" z="0.4"/><rotate y="1" angle="20"/><translate y="0.6"/></transform>
+        <ref id="subject"/>
+    </shape>
+</scene>
+"""
+
+
+@pytest.fixture(scope="module")
+def cells(evalsuite, tmp_path_factory):
+    from evalsuite.math.sphere import latlong_directions
+
+    place = tmp_path_factory.mktemp("where")
+    centre = np.array([-0.7, 0.6, -0.3]) / np.linalg.norm([-0.7, 0.6, -0.3])
+    radiance = np.full((64, 128, 3), 0.02, np.float32)
+    radiance[latlong_directions(64, 128) @ centre > np.cos(np.radians(8.0))] = (20.0, 18.0, 15.0)
+    exr.write(place / "lamp.exr", radiance)
+    (place / "box.xml").write_text(BOX)
+    done = evalsuite("run", "--scene", place / "box.xml", "-t", "shadow-none", "--target", "direct", "--target", "unoccluded",
+                     "--out", place / "out")  # fmt: skip
+    assert done.code == 0, done.err
+    cells = json.loads((place / "out" / "results.json").read_text())["cells"]
+    return place / "out", {cell["target"]: cell for cell in cells}
+
+
+def test_a_picture_without_shadows_errs_where_the_shadow_is(cells):
+    _, by_target = cells
+    cell = by_target["direct"]
+    regions = cell["regions"]
+    assert cell["status"] == "scored" and {"umbra", "penumbra", "unshadowed", "silhouette"} <= set(regions)
+    assert sum(regions[name]["pixels"] for name in ("umbra", "penumbra", "unshadowed")) == cell["mask_pixels"]
+    # Ambient light alone is 0.02 π; the lamp adds a hundred times that where its shadow should be.
+    assert regions["umbra"]["metrics"]["rel_bias"]["value"] > 5.0
+    assert regions["umbra"]["share"]["ci95"][0] > 0.6
+    assert abs(regions["unshadowed"]["metrics"]["rel_bias"]["value"]) < 0.05
+    assert cell["blob"]["mean_error"]["value"] > 0 and 0.5 < cell["blob"]["pixels"] / regions["umbra"]["pixels"] < 4.0
+    assert cell["looked_up"] == "n"
+
+
+def test_a_target_without_visibility_has_no_shadows(cells):
+    _, by_target = cells
+    cell = by_target["unoccluded"]
+    assert cell["regions"] and not {"umbra", "penumbra", "unshadowed"} & set(cell["regions"])
+
+
+def test_values_come_with_intervals(cells):
+    _, by_target = cells
+    for cell in by_target.values():
+        for region in cell["regions"].values():
+            for metric in (*region["metrics"].values(), region["share"]):
+                lo, hi = metric["ci95"]
+                assert lo <= metric["value"] <= hi
+        for curve in cell["curves"].values():
+            assert sum(b["pixels"] for b in curve["bins"]) == cell["mask_pixels"]
+
+
+def test_the_page_shows_them(cells):
+    out, by_target = cells
+    html = (out / "index.html").read_text(encoding="utf-8")
+    assert html.count("Where the error is") == 2 and html.count("<svg viewBox") == 4
+    assert "It is densest in the <strong>umbra</strong>" in html
+    numbers = exr.read(out / by_target["direct"]["images"]["regions"])
+    assert (numbers == 4).sum() > 50  # umbra
