@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from evalsuite.gpu.drawing import Drawing
 from evalsuite.gpu.registry import find
 from evalsuite.scene.model import GBuffer, Scene
+
+if TYPE_CHECKING:
+    from evalsuite.gpu.lifted import Lifted
 
 
 def render(scene: Scene, technique_name: str, parameters: Mapping[str, object], supersample: int = 4, seed: int = 0) -> Drawing:
@@ -14,6 +18,13 @@ def render(scene: Scene, technique_name: str, parameters: Mapping[str, object], 
     from evalsuite.gpu.draw import draw
 
     return draw(scene, find(technique_name), parameters, supersample, seed)
+
+
+def lifted(scene: Scene, technique_name: str, settings: Mapping[str, object], supersample: int = 4) -> Lifted:
+    """A technique's picture with its assumptions lifted one by one; see `gpu.lifted.lifted`."""
+    from evalsuite.gpu.lifted import lifted
+
+    return lifted(scene, find(technique_name), settings, supersample)
 
 
 def gbuffer(scene: Scene, supersample: int = 4) -> GBuffer:

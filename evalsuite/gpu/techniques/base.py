@@ -87,6 +87,28 @@ class PassInputs:
     ms: float = 0.0
 
 
+#: (environment, normals (N, 3), to_view (N, 3), material parameters, settings) → radiance (N, 3), all float64, world frame.
+Twin = Callable[[Environment, Float, Float, Settings, Settings], Float]
+
+#: What is assumed, in the order in which assumptions are given up: each names one rung of an error ledger.
+ARITHMETIC = "arithmetic"  # the shader, its float32 and its textures, for the formula in float64
+REPRESENTATION = "environment representation"  # texels for the environment
+KERNEL = "filter kernel"  # a box, a band limit or samples for the lobe that they stand for
+LOBE = "lobe"  # a round lobe without horizon, Fresnel outside the integral, for the BRDF's own integral
+SAMPLING = "pixel sampling"  # sub-samples for the whole pixel, where nothing else is left
+VISIBILITY, INTERREFLECTION, DISTANT = "visibility", "interreflection", "distant environment"
+
+
+@dataclass(frozen=True)
+class Lift:
+    """One assumption given up: radiance is the picture with this one and all before it lifted, cause what the picture before
+    it lacked. tolerance: of radiance, from its own numerics, relative to itself."""
+
+    cause: str
+    radiance: Twin
+    tolerance: float = 1e-6
+
+
 @dataclass(frozen=True, eq=False)
 class Technique:
     """A real-time approximation: what it is, what truth it is held against, and how it is drawn.
@@ -103,7 +125,10 @@ class Technique:
     what separates that target's picture from the next one's, the last from the technique's own. layers: `#define`s of each draw
     of a mesh, one over the other. rounds: how many passes each sub-sample is averaged over; per_pass: uniforms of one pass.
     fill: (scene, settings, with the names "given") → values for parameters that are still open. fit: an analysis of the
-    picture for the page.
+    picture for the page. lifts: settings → the technique's assumptions about an unoccluded surface, one after another given up
+    in float64, from its formula (the twin) towards the BRDF's own integral; None: the formula alone. left: what still separates
+    the last of them from that integral. represented: (environment, settings) → the environment as the technique's finest map
+    holds it, where the filter can be made exact on it: assumptions are then given up in another order too.
     """
 
     id: str
@@ -116,7 +141,7 @@ class Technique:
     target_bsdf: Callable[[Settings], dict[str, object]]
     shader: Path
     prepare: Callable[[GpuEnvironment, Settings, Scene], Prepared]
-    twin: Callable[[Environment, Float, Float, Settings, Settings], Float] | None
+    twin: Twin | None
     target: str = "unoccluded"
     library: tuple[str, ...] = ()
     twin_bound: float = 2e-4
@@ -135,6 +160,15 @@ class Technique:
     fill: Callable[[Scene, Settings], Mapping[str, object]] = lambda scene, settings: {}
     fit: Callable[[Scene, GpuEnvironment, Settings], Mapping[str, float] | None] | None = None
     path: Path | None = None
+    lifts: Callable[[Settings], Sequence[Lift]] | None = None
+    left: str = LOBE
+    represented: Callable[[Environment, Settings], Environment] | None = None
+
+    def lifted(self, settings: Settings) -> tuple[Lift, ...]:
+        """`lifts`, or the twin alone; none where a twin needs more than a point of the surface, or draws no light."""
+        if self.twin is None or self.random or self.within_room or self.casts_shadows or self.target == LOOKUP:
+            return ()
+        return tuple(self.lifts(settings)) if self.lifts else (Lift(ARITHMETIC, self.twin),)
 
     @property
     def name(self) -> str:

@@ -8,17 +8,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evalsuite.gpu.techniques import common
-from evalsuite.gpu.techniques.base import Float, Parameter, Prepared, Settings
+from evalsuite.gpu.techniques import common, lifts
+from evalsuite.gpu.techniques.base import ARITHMETIC, KERNEL, REPRESENTATION, Float, Lift, Parameter, Prepared, Settings, Twin
 from evalsuite.gpu.techniques.mirror import FACE_SIZE
 from evalsuite.gpu.techniques.mirror import fill_face_size as fill
-from evalsuite.math import cubemap, fresnel, phong, sh
+from evalsuite.math import cubemap, fresnel, lobe_field, phong, sh
 from evalsuite.scene.model import Environment, Material, Scene
 
 if TYPE_CHECKING:
     from evalsuite.gpu.environment import GpuEnvironment
 
 __all__ = ["ETA", "FACE_SIZE", "fill"]
+
+#: As a `Twin`, but F (N, 1), F L_m (N, 3) and L_d (N, 3) apart.
+Parts = Callable[[Environment, Float, Float, Settings, Settings], tuple[Float, Float, Float]]
 
 PAPER = "Heidrich: Environment Maps and Their Applications (course notes), §3.1.1, Fig 8"
 LIBRARY = ("dielectric.glsl", "sh.glsl")
@@ -68,6 +71,37 @@ def twin_parts(
     coefficients = common.twin_sh9(environment, _sh_face_size(settings, environment.radiance.shape[1]))
     albedo = np.asarray(common.rgb(material.get("diffuse_reflectance", 0.0)))
     return weight, weight * mirror, albedo / np.pi * sh.irradiance(coefficients, normals)
+
+
+def _without_texels(band_limited: bool) -> Parts:
+    def parts(
+        environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings
+    ) -> tuple[Float, Float, Float]:
+        cosine = np.clip((normals * to_view).sum(-1, keepdims=True), 0.0, 1.0)
+        weight = fresnel.fresnel_dielectric(cosine, material["eta"])
+        mirror = lifts.exact_mirror(environment, normals, to_view) * common.rgb(material.get("specular_reflectance", 1.0))
+        if band_limited:
+            face_size = _sh_face_size(settings, environment.radiance.shape[1])
+            coefficients = lifts.spherical_harmonics(environment, {"face_size": face_size})
+            albedo = np.asarray(common.rgb(material.get("diffuse_reflectance", 0.0)))
+            matte = albedo / np.pi * sh.irradiance(coefficients, normals)
+        else:
+            matte = lifts.exact_diffuse(environment, normals, to_view, material, settings)
+        return weight, weight * mirror, matte
+
+    return parts
+
+
+def lifted(put_together: Callable[[Float, Float, Float, Settings], Float], matte: bool = True) -> tuple[Lift, ...]:
+    """Formula, then no texels, then no band limit of the Lambert part. put_together: (F, F L_m, L_d, material) → radiance."""
+
+    def of(parts: Parts) -> Twin:
+        return lambda environment, normals, to_view, material, settings: put_together(
+            *parts(environment, normals, to_view, material, settings), material
+        )
+
+    rungs = Lift(ARITHMETIC, of(twin_parts)), Lift(REPRESENTATION, of(_without_texels(True)))
+    return (*rungs, Lift(KERNEL, of(_without_texels(False)), lobe_field.TOLERANCE)) if matte else rungs
 
 
 def target(combine: str) -> Callable[[Settings], dict[str, object]]:

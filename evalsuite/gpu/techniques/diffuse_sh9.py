@@ -8,8 +8,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evalsuite.gpu.techniques import common
-from evalsuite.gpu.techniques.base import Float, Parameter, Prepared, Settings, StandsFor, Technique
+from evalsuite.gpu.techniques import common, lifts
+from evalsuite.gpu.techniques.base import (
+    ARITHMETIC,
+    REPRESENTATION,
+    Float,
+    Lift,
+    Parameter,
+    Prepared,
+    Settings,
+    StandsFor,
+    Technique,
+)
 from evalsuite.math import cubemap, sh
 from evalsuite.scene.model import Environment, Scene
 
@@ -38,6 +48,17 @@ def twin(environment: Environment, normals: Float, to_view: Float, material: Set
     level0 = common.twin_cube(environment, settings["face_size"]).levels[0]
     coefficients = sh.project_cube(_level(level0, settings))
     return np.asarray(common.rgb(material["reflectance"])) / np.pi * sh.irradiance(coefficients, normals)
+
+
+def _lifts(settings: Settings) -> tuple[Lift, ...]:
+    """Finer texels are those of the whole map: a level that sh_face_size names is texels too."""
+
+    def whole(environment: Environment, normals: Float, to_view: Float, material: Settings, own: Settings) -> Float:
+        return lifts.finer(twin)(environment, normals, to_view, material, {**own, "sh_face_size": "full"})
+
+    between = "interpolation between vertices" if settings["per"] == "vertex" else ARITHMETIC
+    first, _, last = lifts.of_box_mips(twin, lifts.exact_diffuse, between)
+    return first, Lift(REPRESENTATION, whole), last
 
 
 def _face_size(value: object) -> object:
@@ -70,4 +91,6 @@ TECHNIQUE = Technique(
     vertex_stage=True,
     defines=lambda settings: {"PER_VERTEX": 1} if settings["per"] == "vertex" else {},
     fill=common.fill_face_size,
+    lifts=_lifts,
+    represented=lifts.as_cube,
 )  # fmt: skip

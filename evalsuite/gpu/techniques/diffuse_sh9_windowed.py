@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evalsuite.gpu.techniques import common
+from evalsuite.gpu.techniques import common, lifts
 from evalsuite.gpu.techniques.base import Float, Parameter, Prepared, Settings, StandsFor, Technique
 from evalsuite.math import sh, sh_window
 from evalsuite.scene.model import Environment, Scene
@@ -76,4 +76,6 @@ TECHNIQUE = Technique(
     twin=twin,
     twin_settings={"face_size": 32},
     fill=common.fill_face_size,
+    lifts=lambda settings: lifts.of_box_mips(twin, lifts.exact_diffuse),
+    represented=lifts.as_cube,
 )  # fmt: skip

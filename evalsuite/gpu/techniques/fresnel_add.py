@@ -15,6 +15,9 @@ def twin(environment: Environment, normals: Float, to_view: Float, material: Set
     return mirror + matte
 
 
+LIFTS = dielectric.lifted(lambda weight, mirror, matte, material: mirror + matte)
+
+
 def _is_a_coat(material: Material) -> str | None:
     if material.parameters.get("combine") == "blend" and common.no_diffuse_part(material):
         return "fresnelmirror with combine = blend"
@@ -41,4 +44,5 @@ TECHNIQUE = Technique(
     twin=twin,
     twin_settings=dielectric.TWIN_SETTINGS,
     fill=dielectric.fill,
+    lifts=lambda settings: LIFTS,
 )  # fmt: skip

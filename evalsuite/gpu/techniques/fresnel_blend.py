@@ -15,8 +15,14 @@ PLASTIC_ETA = 2.5
 
 def twin(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
     """F(n·v) L_m(r) + (1 − F(n·v)) L_d(n); F L_m + L_d where the material adds."""
-    weight, mirror, matte = dielectric.twin_parts(environment, normals, to_view, material, settings)
+    return _blend(*dielectric.twin_parts(environment, normals, to_view, material, settings), material)
+
+
+def _blend(weight: Float, mirror: Float, matte: Float, material: Settings) -> Float:
     return mirror + (matte if material.get("combine") == "add" else (1.0 - weight) * matte)
+
+
+LIFTS = dielectric.lifted(_blend)
 
 
 def target_bsdf(settings: Settings) -> dict[str, object]:
@@ -66,4 +72,5 @@ TECHNIQUE = Technique(
     twin=twin,
     twin_settings=dielectric.TWIN_SETTINGS,
     fill=dielectric.fill,
+    lifts=lambda settings: LIFTS,
 )  # fmt: skip

@@ -5,13 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 from evalsuite.gpu.techniques import common, dielectric
-from evalsuite.gpu.techniques.base import Float, Settings, StandsFor, Technique
+from evalsuite.gpu.techniques.base import SAMPLING, Float, Settings, StandsFor, Technique
 from evalsuite.scene.model import Environment
 
 
 def twin(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
     """F(n·v) times the bilinear look-up in level 0 about r."""
     return dielectric.twin_parts(environment, normals, to_view, material, settings)[1]
+
+
+LIFTS = dielectric.lifted(lambda weight, mirror, matte, material: mirror, matte=False)
 
 
 TECHNIQUE = Technique(
@@ -35,4 +38,6 @@ TECHNIQUE = Technique(
     twin=twin,
     twin_settings=dielectric.TWIN_SETTINGS,
     fill=dielectric.fill,
+    lifts=lambda settings: LIFTS,
+    left=SAMPLING,
 )  # fmt: skip

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evalsuite.gpu.techniques import common
+from evalsuite.gpu.techniques import common, lifts
 from evalsuite.gpu.techniques.base import Float, Parameter, Settings, StandsFor, Technique
 from evalsuite.math import cubemap, phong
 from evalsuite.scene.model import Environment, Material, Scene
@@ -159,4 +159,6 @@ TECHNIQUE = Technique(
     resolves=True,
     fill=fill,
     fit=fit,
+    lifts=lambda settings: lifts.of_box_mips(twin, lifts.exact_glossy),
+    represented=lifts.as_cube,
 )  # fmt: skip

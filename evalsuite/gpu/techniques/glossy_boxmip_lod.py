@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from evalsuite.gpu.techniques import common, glossy_boxmip, glossy_mcguire
+from evalsuite.gpu.techniques import common, glossy_boxmip, glossy_mcguire, lifts
 from evalsuite.gpu.techniques.base import Settings, StandsFor, Technique
 from evalsuite.math import phong
 from evalsuite.scene.model import Scene
@@ -46,4 +46,6 @@ TECHNIQUE = Technique(
     twin_settings={"face_size": 32},
     fill=common.fill_face_size,
     fit=fit,
+    lifts=glossy_mcguire.TECHNIQUE.lifts,
+    represented=lifts.as_cube,
 )

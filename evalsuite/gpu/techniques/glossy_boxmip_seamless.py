@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evalsuite.gpu.techniques import common, glossy_boxmip
+from evalsuite.gpu.techniques import common, glossy_boxmip, lifts
 from evalsuite.gpu.techniques.base import Float, Parameter, Prepared, Settings, StandsFor, Technique
 from evalsuite.math import cubemap, phong, seamless_mips
 from evalsuite.scene.model import Environment, Material, Scene
@@ -120,4 +120,6 @@ TECHNIQUE = Technique(
     defines=lambda settings: {} if settings["bias"] is None else {"AT_BIAS": 1},
     fill=fill,
     fit=fit,
+    lifts=lambda settings: lifts.of_box_mips(twin, lifts.exact_glossy),
+    represented=lifts.as_cube,
 )  # fmt: skip

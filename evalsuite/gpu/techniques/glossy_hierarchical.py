@@ -8,10 +8,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evalsuite.gpu.techniques import common
-from evalsuite.gpu.techniques.base import Float, Parameter, Prepared, Settings, StandsFor, Technique
+from evalsuite.gpu.techniques import common, lifts
+from evalsuite.gpu.techniques.base import (
+    ARITHMETIC,
+    KERNEL,
+    REPRESENTATION,
+    Float,
+    Lift,
+    Parameter,
+    Prepared,
+    Settings,
+    StandsFor,
+    Technique,
+)
 from evalsuite.gpu.techniques.dual_paraboloid import MAP_SIZE
-from evalsuite.math import hierarchical, paraboloid, phong
+from evalsuite.math import hierarchical, lobe_field, paraboloid, phong
 from evalsuite.math.sphere import latlong_lookup, latlong_spacing
 from evalsuite.scene.model import Environment, Material, Scene
 
@@ -60,6 +71,25 @@ def twin(environment: Environment, normals: Float, to_view: Float, material: Set
     return weight * hierarchical.look_up(maps, border, phong.reflect(to_view, normals))
 
 
+def _finer(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
+    """Maps of twice the width, the kernel's size the same part of them: 7 × 7 taps of a level twice as fine become 13 × 13."""
+    factor = min(2, max(1, 1024 // settings["map_size"]))
+    changed = {
+        "map_size": factor * settings["map_size"],
+        "border": factor * settings["border"],
+        "taps": factor * settings["taps"],
+    }
+    return twin(environment, normals, to_view, material, {**settings, **changed})
+
+
+def _lifts(settings: Settings) -> tuple[Lift, ...]:
+    return (
+        Lift(ARITHMETIC, twin),
+        Lift(REPRESENTATION, _finer),
+        Lift(KERNEL, lifts.exact_glossy, lobe_field.TOLERANCE),
+    )
+
+
 def _exponent(value: object) -> float:
     """Below 1 the kernel would be a hemisphere, wider than any border."""
     return common.number(1.0, 1e7)(value)
@@ -100,4 +130,5 @@ TECHNIQUE = Technique(
     twin=twin,
     twin_settings={"map_size": 64},
     fill=fill,
+    lifts=_lifts,
 )  # fmt: skip

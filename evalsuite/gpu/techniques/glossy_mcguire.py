@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from evalsuite.gpu.techniques import common
+from evalsuite.gpu.techniques import common, lifts
 from evalsuite.gpu.techniques.base import Float, Settings, StandsFor, Technique
 from evalsuite.math import fresnel, phong
 from evalsuite.scene.model import Environment
@@ -57,4 +57,6 @@ TECHNIQUE = Technique(
     twin=twin,
     twin_settings={"face_size": 32},
     fill=common.fill_face_size,
+    lifts=lambda settings: lifts.of_box_mips(twin, lifts.exact_glossy),
+    represented=lifts.as_cube,
 )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evalsuite.errors import EvalsuiteError
-from evalsuite.gpu.techniques import common, glossy_boxmip
+from evalsuite.gpu.techniques import common, glossy_boxmip, lifts
 from evalsuite.gpu.techniques.base import Float, Parameter, Prepared, Settings, StandsFor, Technique
 from evalsuite.math import fresnel, phong, sh
 from evalsuite.scene.model import Environment, Material, Scene
@@ -61,6 +61,15 @@ def twin(environment: Environment, normals: Float, to_view: Float, material: Set
     irradiance = sh.irradiance(common.twin_sh9(environment, settings["face_size"]), normals)
     matte = np.asarray(common.rgb(material.get("diffuse_reflectance", 0.0))) / np.pi * irradiance
     return (1.0 - weight) * matte + weight * glossy_boxmip.twin(environment, normals, to_view, material, settings)
+
+
+def _exact(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
+    """(1 − F) k_d E(n)/π + F k_s times the whole lobe about r."""
+    cosine = np.clip((normals * to_view).sum(-1, keepdims=True), 0.0, 1.0)
+    weight = fresnel.fresnel_schlick(cosine, common.rgb(_normal_reflectance(material)))
+    lobe = {"exponent": settings["exponent"], "specular_reflectance": material.get("specular_reflectance", 1.0)}
+    matte = lifts.exact_diffuse(environment, normals, to_view, material, settings)
+    return (1.0 - weight) * matte + weight * lifts.exact_glossy(environment, normals, to_view, lobe, settings)
 
 
 def _unit(value: object) -> tuple[float, float, float]:
@@ -127,4 +136,6 @@ TECHNIQUE = Technique(
     twin_settings=glossy_boxmip.TECHNIQUE.twin_settings,
     twin_bound=glossy_boxmip.TECHNIQUE.twin_bound,
     twin_bound_reason=glossy_boxmip.TECHNIQUE.twin_bound_reason,
+    lifts=lambda settings: lifts.of_box_mips(twin, _exact),
+    represented=lifts.as_cube,
 )  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from evalsuite.gpu.techniques import common, diffuse_topmip, glossy_mcguire
+from evalsuite.gpu.techniques import common, diffuse_topmip, glossy_mcguire, lifts
 from evalsuite.gpu.techniques.base import Float, Settings, StandsFor, Technique
 from evalsuite.scene.model import Environment
 
@@ -14,6 +14,12 @@ def twin(environment: Environment, normals: Float, to_view: Float, material: Set
     base = {"reflectance": material.get("diffuse_reflectance", 0.0)}
     matte = diffuse_topmip.twin(environment, normals, to_view, base, settings)
     return matte + glossy_mcguire.twin(environment, normals, to_view, material, settings)
+
+
+def _exact(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
+    """k_L E(n)/π plus k_G times the whole lobe cos^s about r."""
+    matte = lifts.exact_diffuse(environment, normals, to_view, material, settings)
+    return matte + lifts.exact_glossy(environment, normals, to_view, material, settings)
 
 
 TECHNIQUE = Technique(
@@ -41,4 +47,6 @@ TECHNIQUE = Technique(
     prepare=common.prepare_cube,
     twin=twin,
     fill=common.fill_face_size,
+    lifts=lambda settings: lifts.of_box_mips(twin, _exact),
+    represented=lifts.as_cube,
 )

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from evalsuite.gpu.techniques import common
-from evalsuite.gpu.techniques.base import Float, Parameter, Settings, StandsFor
+from evalsuite.gpu.techniques import common, lifts
+from evalsuite.gpu.techniques.base import ARITHMETIC, KERNEL, Float, Lift, Parameter, Settings, StandsFor, Twin
 from evalsuite.math import fresnel
-from evalsuite.scene.model import Scene
+from evalsuite.scene.model import Environment, Scene
 
 SPECULAR_REFLECTANCE = common.material_parameter("specular_reflectance", common.WHITE, "factor on the reflected radiance")
 STANDS_FOR = {"conductor": StandsFor("conductor as it is, Fresnel F(n·v)", common.conductor_uniforms)}
@@ -28,6 +30,21 @@ def factor(normals: Float, to_view: Float, material: Settings) -> Float:
     cosine = (normals * to_view).sum(-1, keepdims=True)
     f = fresnel.fresnel_conductor(cosine, common.rgb(material.get("eta", 0.0)), common.rgb(material.get("k", 1.0)))
     return f * np.asarray(common.rgb(material.get("specular_reflectance", 1.0)))
+
+
+def exact(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
+    """F(n·v) L(r)."""
+    return factor(normals, to_view, material) * lifts.exact_mirror(environment, normals, to_view)
+
+
+def lifted(twin: Twin) -> Callable[[Settings], tuple[Lift, ...]]:
+    """A bilinear look-up in the finest level in float64, then no texels. What hardware's MIPs change comes before both."""
+
+    def of(settings: Settings) -> tuple[Lift, ...]:
+        finest = settings.get("filter", "finest") == "finest"
+        return lifts.of_tables(twin, exact, ARITHMETIC if finest else KERNEL, 1e-6)
+
+    return of
 
 
 def finest_face_size(scene: Scene) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from evalsuite.gpu.techniques import common, mirror
-from evalsuite.gpu.techniques.base import Float, Parameter, Settings, Technique
+from evalsuite.gpu.techniques.base import SAMPLING, Float, Parameter, Settings, Technique
 from evalsuite.math import phong
 from evalsuite.scene.model import Environment
 
@@ -39,4 +39,6 @@ TECHNIQUE = Technique(
     twin_settings={"face_size": 64},
     defines=lambda settings: {"HARDWARE_LOD": 1} if settings["filter"] == "hardware" else {},
     fill=mirror.fill_face_size,
+    lifts=mirror.lifted(twin),
+    left=SAMPLING,
 )  # fmt: skip

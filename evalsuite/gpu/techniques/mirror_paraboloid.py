@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from evalsuite.gpu.techniques import dual_paraboloid, mirror
-from evalsuite.gpu.techniques.base import Float, Settings, Technique
+from evalsuite.gpu.techniques.base import SAMPLING, Float, Settings, Technique
 from evalsuite.math import phong
 from evalsuite.scene.model import Environment
 
@@ -38,4 +38,6 @@ TECHNIQUE = Technique(
     twin=twin,
     defines=dual_paraboloid.defines,
     fill=dual_paraboloid.fill,
+    lifts=mirror.lifted(twin),
+    left=SAMPLING,
 )

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from evalsuite.gpu.techniques import common, dual_paraboloid, mirror
-from evalsuite.gpu.techniques.base import Float, Parameter, Settings, Technique
+from evalsuite.gpu.techniques.base import SAMPLING, Float, Parameter, Settings, Technique
 from evalsuite.math import phong
 from evalsuite.scene.model import Environment
 
@@ -50,4 +50,6 @@ TECHNIQUE = Technique(
     defines=dual_paraboloid.defines,
     layers=lambda settings: ({"HEMISPHERE": 0}, {"HEMISPHERE": 1}),
     fill=dual_paraboloid.fill,
+    lifts=mirror.lifted(twin),
+    left=SAMPLING,
 )  # fmt: skip

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evalsuite.gpu.techniques import common, mirror
-from evalsuite.gpu.techniques.base import Float, Parameter, Prepared, Settings, Technique
+from evalsuite.gpu.techniques.base import SAMPLING, Float, Parameter, Prepared, Settings, Technique
 from evalsuite.math import disc_map, phong, sphere_map
 from evalsuite.math.sphere import latlong_lookup, latlong_spacing
 from evalsuite.scene.model import Environment, Scene
@@ -90,4 +90,6 @@ TECHNIQUE = Technique(
     twin=twin,
     twin_settings={"radius": 64.0},
     fill=fill,
+    lifts=mirror.lifted(twin),
+    left=SAMPLING,
 )  # fmt: skip

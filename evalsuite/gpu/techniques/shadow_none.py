@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from evalsuite.gpu.techniques import common, shadow
-from evalsuite.gpu.techniques.base import Prepared, Settings, Technique
+from evalsuite.gpu.techniques.base import REPRESENTATION, Lift, Prepared, Settings, Technique
+from evalsuite.math import lobe_field
 from evalsuite.scene.model import Scene
 
 if TYPE_CHECKING:
@@ -38,4 +39,5 @@ TECHNIQUE = Technique(
     twin_bound=5e-3,
     twin_bound_reason="six-point interpolation across a lone sun's horizon, where the clamped cosine has its kink, and the maps' "
     "bilinear look-ups",
+    lifts=lambda settings: (Lift(REPRESENTATION, shadow.twin_ambient, lobe_field.TOLERANCE),),
 )

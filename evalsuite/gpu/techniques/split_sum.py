@@ -8,8 +8,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evalsuite.gpu.techniques import common, rough_conductor
-from evalsuite.gpu.techniques.base import Float, Parameter, Prepared, Settings, StandsFor, Technique
+from evalsuite.gpu.techniques import common, lifts, rough_conductor
+from evalsuite.gpu.techniques.base import (
+    ARITHMETIC,
+    KERNEL,
+    REPRESENTATION,
+    Float,
+    Lift,
+    Parameter,
+    Prepared,
+    Settings,
+    StandsFor,
+    Technique,
+)
 from evalsuite.math import cube_tree, cubemap, fresnel, phong, prefilter, radial_lobe
 from evalsuite.scene.model import Environment, Material, Scene
 
@@ -75,6 +86,21 @@ def twin(environment: Environment, normals: Float, to_view: Float, material: Set
     return specular * radiance * (fresnel.fresnel_conductor(1.0, eta, k) * a + b)
 
 
+def _lifts(settings: Settings) -> tuple[Lift, ...]:
+    """Formula, a map twice as fine in each level, then the whole sum instead of samples."""
+
+    def finer(environment: Environment, normals: Float, to_view: Float, material: Settings, own: Settings) -> Float:
+        changed = {"map_size": min(2 * own["map_size"], 256), "face_size": lifts.finer_face_size(min(own["face_size"], 64))}
+        changed["face_size"] = max(changed["face_size"], own["face_size"])
+        return twin(environment, normals, to_view, material, {**own, **changed})
+
+    rungs = Lift(ARITHMETIC, twin), Lift(REPRESENTATION, finer)
+    if settings["prefilter"] == "quadrature":
+        return rungs
+    summed = Lift(KERNEL, lambda e, n, v, material, own: finer(e, n, v, material, {**own, "prefilter": "quadrature"}), 1e-3)
+    return (*rungs, summed)
+
+
 def _not_ggx(material: Material) -> str | None:
     if rough_conductor.distribution(material.parameters) != "ggx":
         return "roughconductor with a Beckmann distribution (the map and the table are GGX's)"
@@ -127,4 +153,5 @@ TECHNIQUE = Technique(
     "5·10⁻⁴ in the cathedral, 3·10⁻⁵ elsewhere)",
     twin_settings={"face_size": 32, "map_size": 32, "samples": 32},
     fill=common.fill_face_size,
+    lifts=_lifts,
 )  # fmt: skip
