@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -43,10 +44,15 @@ def prepare(env: GpuEnvironment, settings: Settings, scene: Scene) -> Prepared:
     return Prepared({"sh": coefficients}, {}, cube.prepare_ms + elapsed, cube.notes)
 
 
+@lru_cache(maxsize=8)
+def _coefficients(environment: Environment, face_size: int, sh_face_size: object) -> Float:
+    level0 = common.twin_cube(environment, face_size).levels[0]
+    return sh.project_cube(_level(level0, {"sh_face_size": sh_face_size}))
+
+
 def twin(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
     """(k_d/π) Σ Â_i L_i Y_i(n) in float64."""
-    level0 = common.twin_cube(environment, settings["face_size"]).levels[0]
-    coefficients = sh.project_cube(_level(level0, settings))
+    coefficients = _coefficients(environment, settings["face_size"], settings["sh_face_size"])
     return np.asarray(common.rgb(material["reflectance"])) / np.pi * sh.irradiance(coefficients, normals)
 
 

@@ -41,7 +41,7 @@ def prepare(env: GpuEnvironment, settings: Settings, scene: Scene) -> Prepared:
 
 def twin(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
     """(k_d/π) Σ Â_i h_i L_i Y_i(n) in float64."""
-    plain = sh.project_cube(common.twin_cube(environment, settings["face_size"]).levels[0])
+    plain = common.twin_sh9(environment, settings["face_size"])
     windowed = _window(plain, settings)[0][:, None] * plain
     return np.asarray(common.rgb(material["reflectance"])) / np.pi * sh.irradiance(windowed, normals)
 

@@ -62,11 +62,15 @@ def twin_levels(environment: Environment, size: int, border: float) -> list[Floa
     return paraboloid.weighted_mips(level0, border)
 
 
+@lru_cache(maxsize=4)
+def _maps(environment: Environment, size: int, border: float, exponent: float, cutoff: float, taps: int) -> Float:
+    return hierarchical.prefilter(twin_levels(environment, size, border), border, exponent, cutoff, taps)
+
+
 def twin(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
     """k_s times the bilinear look-up of the prefiltered maps about r."""
     border = settings["border"]
-    levels = twin_levels(environment, settings["map_size"], border)
-    maps = hierarchical.prefilter(levels, border, settings["exponent"], settings["cutoff"], settings["taps"])
+    maps = _maps(environment, *(settings[name] for name in ("map_size", "border", "exponent", "cutoff", "taps")))
     weight = np.asarray(common.rgb(material.get("specular_reflectance", 1.0)))
     return weight * hierarchical.look_up(maps, border, phong.reflect(to_view, normals))
 
