@@ -135,7 +135,7 @@ def _score(
         "mse": mse,
         "rmse": rmse,
         "relmse": statistics.debiased(metrics.relative_squared_error(mean), a, b),
-        "rel_rmse": statistics.over_mean(rmse, b),
+        "rel_rmse": statistics.relative_root(a, b),
         "mae": statistics.averaged(metrics.absolute_error, a, b),
         "smape": statistics.averaged(metrics.symmetric_relative_error, a, b),
         "bias": statistics.bias(a, b),
@@ -174,7 +174,7 @@ def _reference(
     if sigma is None:
         sigma = np.sqrt(uniform_filter(np.square(noise), (5, 5, 0)))
         notes.append("no standard error of the reference: estimated from its halves over 5 × 5 pixels")
-    return Noisy(mean, np.abs(sigma), noise)
+    return Noisy(mean, np.abs(sigma), noise, measured=True)
 
 
 def _with_noise(mean: NDArray, sigma: NDArray | None, seed: int) -> Noisy:
