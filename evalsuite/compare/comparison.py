@@ -88,9 +88,9 @@ def compare(
     truth = _picture("reference", reference)
     picture = _picture("image", image, truth.shape)
     inside = _mask(mask, truth.shape)
-    truth = _reference(truth, standard_error, halves, notes)
+    truth = noisy_reference(truth, standard_error, halves, notes)
     noise = _picture("image standard error", image_standard_error, picture.shape) if image_standard_error is not None else None
-    picture = _with_noise(picture, noise, seed=1)
+    picture = noisy_picture(picture, noise, seed=1)
 
     view = perceptual.view_of(truth.mean, inside)
     maps = _perceptual_maps(picture, truth, view)
@@ -159,16 +159,17 @@ def _perceptual_maps(picture: Noisy, truth: Noisy, view: perceptual.View) -> dic
     return {name: (value, plus[name], minus[name]) for name, value in mean.items()}
 
 
-def _reference(
+def noisy_reference(
     mean: NDArray, standard_error: ArrayLike | None, halves: tuple[ArrayLike, ArrayLike] | None, notes: list[str]
 ) -> Noisy:
+    """A reference (H, W, 3) of which more or less of the noise is known; `notes` is told what was missing."""
     sigma = _picture("standard error", standard_error, mean.shape) if standard_error is not None else None
     if halves is None:
         if sigma is None:
             notes.append("no standard error and no halves of the reference: nothing is debiased, intervals are single points")
         else:
             notes.append("no halves of the reference: debiased by its standard error")
-        return _with_noise(mean, sigma, seed=0)
+        return noisy_picture(mean, sigma, seed=0)
     first, second = (_picture(f"half {i + 1}", half, mean.shape) for i, half in enumerate(halves))
     noise = (first - second) / 2
     if sigma is None:
@@ -177,8 +178,9 @@ def _reference(
     return Noisy(mean, np.abs(sigma), noise, measured=True)
 
 
-def _with_noise(mean: NDArray, sigma: NDArray | None, seed: int) -> Noisy:
-    """Without halves, ± the standard error stands for a realisation of the noise, its sign drawn per pixel."""
+def noisy_picture(mean: NDArray, sigma: NDArray | None, seed: int) -> Noisy:
+    """A picture (H, W, 3). Without halves, ± the standard error stands for a realisation of the noise, its sign drawn
+    per pixel."""
     if sigma is None:
         return Noisy(mean, np.zeros_like(mean), np.zeros_like(mean))
     signs = np.random.default_rng(seed).integers(0, 2, mean.shape[:2]) * 2.0 - 1.0

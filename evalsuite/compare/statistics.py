@@ -83,7 +83,7 @@ class Noisy:
     @property
     def grand_mean(self) -> tuple[float, float]:
         """(mean over pixels and channels, its standard error)."""
-        return float(self.mean.mean()), _standard_error(self.noise, self.measured)
+        return float(self.mean.mean()), standard_error(self.noise, self.measured)
 
 
 def debiased(error: PerChannel, image: Noisy, reference: Noisy, quadratic: bool = False) -> Metric:
@@ -221,9 +221,9 @@ def _realisations(image: Noisy, reference: Noisy) -> tuple[tuple[Pixels, Pixels]
 def _spread(error: PerChannel, image: Noisy, reference: Noisy) -> float:
     """Standard error of the mean of an error per channel, to first order in both pictures' independent noise."""
     a, b = image, reference
-    parts = [_standard_error((error(a.mean, b.plus) - error(a.mean, b.minus)) / 2, b.measured)]
+    parts = [standard_error((error(a.mean, b.plus) - error(a.mean, b.minus)) / 2, b.measured)]
     if a.noise.any():
-        parts.append(_standard_error((error(a.plus, b.mean) - error(a.minus, b.mean)) / 2, a.measured))
+        parts.append(standard_error((error(a.plus, b.mean) - error(a.minus, b.mean)) / 2, a.measured))
     return math.hypot(*parts)
 
 
@@ -235,7 +235,7 @@ def _third_level(error: PerChannel, image: Noisy, reference: Noisy) -> Pixels:
     return (plus + minus).mean(axis=-1) / 2
 
 
-def _standard_error(response: Pixels, measured: bool) -> float:
+def standard_error(response: Pixels, measured: bool) -> float:
     """Of the mean over pixels and channels, pixels being independent, from the response of each to a further realisation of the
     noise; widened by Student's t for the degrees of freedom that measured noise has, 3 (Σ v)² / Σ v² − 2 of one each (Welch
     1947, Satterthwaite 1946). Made-up noise knows no correlation of channels: the worse of 0 and 1."""
