@@ -121,26 +121,32 @@ def compare(
     )
 
 
+def debiased_metrics(picture: Noisy, truth: Noisy) -> dict[str, Metric]:
+    """The metrics that are free of the noise's own share, over pixels (P, 3); their intervals hold the truth in 95 %."""
+    mean, _ = truth.grand_mean
+    mse = statistics.debiased(metrics.squared_error, picture, truth, quadratic=True)
+    return {
+        "mse": mse,
+        "rmse": mse.map(math.sqrt),
+        "relmse": statistics.debiased(metrics.relative_squared_error(mean), picture, truth),
+        "rel_rmse": statistics.relative_root(picture, truth),
+        "bias": statistics.bias(picture, truth),
+        "rel_bias": statistics.relative_bias(picture, truth),
+    }
+
+
 def _score(
     picture: Noisy, truth: Noisy, mask: NDArray[np.bool_], view: perceptual.View, maps: Mapping[str, tuple[NDArray, ...]]
 ) -> dict[str, Metric]:
     a, b = picture[mask], truth[mask]
-    mean, _ = b.grand_mean
-    mse = statistics.debiased(metrics.squared_error, a, b, quadratic=True)
-    rmse = mse.map(math.sqrt)
+    found = debiased_metrics(a, b)
     peak = 1.0 / view.exposure
     largest = metrics.largest_channel_error
     p99 = statistics.percentile(largest, 99.0, a, b)
-    return {
-        "mse": mse,
-        "rmse": rmse,
-        "relmse": statistics.debiased(metrics.relative_squared_error(mean), a, b),
-        "rel_rmse": statistics.relative_root(a, b),
+    return found | {
         "mae": statistics.averaged(metrics.absolute_error, a, b),
         "smape": statistics.averaged(metrics.symmetric_relative_error, a, b),
-        "bias": statistics.bias(a, b),
-        "rel_bias": statistics.relative_bias(a, b),
-        "psnr": mse.map(lambda v: 10 * math.log10(peak**2 / v) if v > 0 else math.inf),
+        "psnr": found["mse"].map(lambda v: 10 * math.log10(peak**2 / v) if v > 0 else math.inf),
         **{
             name: statistics.of_map(*maps[name], mask, scale.order, scale.ratio).within(scale.lowest, scale.highest)
             for name, scale in PERCEPTUAL.items()
