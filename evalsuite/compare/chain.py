@@ -5,12 +5,11 @@ With pictures X₀ (full truth) … X_n (the technique's), rung k is d_k = X_{k+
 share of the mean squared error is **⟨d_k, D⟩/N**: the shares add up to ⟨D, D⟩/N, and may be negative, where a cause makes up for
 others.
 
-Noise. It stands in both factors: X₀'s of rung 0, and every picture's where two are rendered with the same random numbers, as
-targets of one seed largely are. So each product is formed across the two independent halves A, B of all pictures:
-½ [d_k(A) D(B) + d_k(B) D(A)], which is d_k D − δ_k Δ with δ_k and Δ formed likewise of the half differences h = (A − B)/2. The
-shares then add up to the mean squared error without the noise's part. A share moves by D δ_k + d_k Δ per pixel (`statistics`:
-its square is the variance without bias, noise times noise included). A technique's own noise has no halves; ± its standard error
-stands for h.
+Noise. It stands in both factors: X₀'s in those of rung 0, and every picture's where two are rendered with the same random
+numbers, as targets of one seed largely are. So a share is Re ⟨d_k, D⟩ of the complex pictures R + i h (`statistics`): the
+product formed across the two independent halves of all pictures, ½ [d_k(A) D(B) + d_k(B) D(A)]. The shares then add up to the
+mean squared error without the noise's part, and Im ⟨d_k, D⟩ states their spread. A technique's own noise has no halves; ± its
+standard error stands for h.
 """
 
 from __future__ import annotations
@@ -55,12 +54,9 @@ class Step:
         return cls(image, sigma, sigma * sign[:, None], False)
 
     def __sub__(self, other: Step) -> Noisy:
-        return Noisy(
-            self.mean - other.mean,
-            np.hypot(self.standard_error, other.standard_error),
-            self.noise - other.noise,
-            all(step.measured or not step.noise.any() for step in (self, other)),
-        )
+        sigma = np.hypot(self.standard_error, other.standard_error)
+        known = all(step.measured or not step.noise.any() for step in (self, other))
+        return Noisy(self.mean - other.mean, sigma, self.noise - other.noise, known)
 
 
 @dataclass(frozen=True)
@@ -89,15 +85,17 @@ def split(steps: Sequence[Step]) -> Chain:
     if len(steps) < 2 or not truth.measured:
         raise EvalsuiteError("chain", f"{len(steps)} pictures", "a full truth with two halves, and at least one picture more")
     error = image - truth
-    total = float((error.mean**2 - error.noise**2).mean())
+    total = float(np.square(error.complex).real.mean())
     mean = float(truth.mean.mean())
     rungs = []
     for start, end in pairwise(steps):
         rung = end - start
-        share = float((rung.mean * error.mean - rung.noise * error.noise).mean())
+        product = rung.complex * error.complex
+        half = Z95 * standard_error(product.imag, rung.measured and error.measured)
+        share = float(product.real.mean())
         rungs.append(
             Rung(
-                _interval(share, _spread(rung, error, image, last=end is image)),
+                Metric(share, (share - half, share + half)),
                 share / total if total else 0.0,
                 _relative_rms(rung, mean),
                 _relative_bias(rung, mean),
@@ -107,20 +105,8 @@ def split(steps: Sequence[Step]) -> Chain:
     return Chain(tuple(rungs), total, abs(missing) / abs(total) if total else abs(missing))
 
 
-def _interval(value: float, deviation: float) -> Metric:
-    return Metric(value, (value - Z95 * deviation, value + Z95 * deviation))
-
-
-def _spread(rung: Noisy, error: Noisy, image: Step, last: bool) -> float:
-    """Standard deviation of a share: its response to a further realisation of the noise, the technique's own apart."""
-    own = np.zeros_like(image.noise) if image.measured else image.noise
-    of_truths = error.mean * (rung.noise - own * last) + rung.mean * (error.noise - own)
-    of_image = (error.mean * last + rung.mean) * own
-    return float(np.hypot(standard_error(of_truths, True), standard_error(of_image, False)))
-
-
 def _relative_rms(rung: Noisy, mean: float) -> Metric:
-    square = debiased(squared_error, _NOTHING, rung, quadratic=True)
+    square = debiased(squared_error, _NOTHING, rung)
     return square.map(lambda x: float(np.sqrt(x)) / mean if mean > 0 else float("nan"))
 
 

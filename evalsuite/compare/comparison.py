@@ -124,7 +124,7 @@ def compare(
 def debiased_metrics(picture: Noisy, truth: Noisy) -> dict[str, Metric]:
     """The metrics that are free of the noise's own share, over pixels (P, 3); their intervals hold the truth in 95 %."""
     mean, _ = truth.grand_mean
-    mse = statistics.debiased(metrics.squared_error, picture, truth, quadratic=True)
+    mse = statistics.debiased(metrics.squared_error, picture, truth)
     return {
         "mse": mse,
         "rmse": mse.map(math.sqrt),

@@ -1,17 +1,20 @@
 """From error per pixel to a number with a 95 % interval, when the reference (and perhaps the image) carries noise.
 
-Model. The reference is R = μ + e with e independent between pixels, of standard deviation s (its standard error).
-The halves A, B give one further realisation h = (A − B)/2 of e: A = R + h and B = R − h each carry twice the variance of R.
+Model. The reference is R = μ + e with e independent between pixels, normal, of standard deviation s (its standard error).
+The halves A, B give one further realisation h = (A − B)/2 of e, as large and independent of it.
 
-Debiasing. For a metric f smooth in the reference, f(R) is too large by b = ½ f″ s² and the mean f̄ of f(A), f(B) by 2b, so
-2 f(R) − f̄ is free of it (Richardson). For the squared error this is exactly mean((I − A)(I − B)).
+Then z = R + i h is a complex normal variable about μ that no rotation in the complex plane changes. An analytic function f has at
+the centre of such a disc its mean over it (the mean value property), and so has f²:
 
-Spread. To first order f(R) − f(μ) is the sum over pixels of f′ e. h varies as e does and is independent of it, so the sum of
-(f′ h)² with f′ h = ½ (f(A) − f(B)) estimates its variance without bias, whatever the channels of a pixel have in common and
-however unlike neighbouring pixels are: for the squared error 4 D² h², whose expectation is 4 d² s² + 4 s⁴ with the true error d.
-Each pixel has one degree of freedom, their sum those of Welch and Satterthwaite, and Student's t widens the interval where a
-few pixels decide it. Where only a standard error is known, s stands for |h|, and a variance being linear in the correlation ρ
-of a pixel's channels, the worse of ρ = 0 and ρ = 1 is taken.
+    E f(z) = f(μ) and E f(z)² = f(μ)², hence E Re f(z) = f(μ) and Var Re f(z) = E (Im f(z))².
+
+So **Re f(R + i h) is free of the noise's own share, to all orders, and (Im f)² states its variance without bias**, for functions
+of several channels with any correlation between them too. For the squared error Re f is (I − A)(I − B) and Im f is −2 (I − R) h,
+whose mean square is 4 d² s² + 4 s⁴ with the true error d. A sum over pixels has the sum of their variances. Each has one degree
+of freedom, the sum those of Welch and Satterthwaite, and Student's t widens the interval where a few pixels decide it. Where
+only a standard error is known, ± s stands for h, and of the channels' correlation the worse of 0 and 1 is taken.
+
+An error with a kink at 0 is not analytic; see `averaged`.
 """
 
 from __future__ import annotations
@@ -71,6 +74,11 @@ class Noisy:
         return Noisy(self.mean[mask], self.standard_error[mask], self.noise[mask], self.measured)
 
     @property
+    def complex(self) -> NDArray[np.complex128]:
+        """R + i h."""
+        return self.mean + 1j * self.noise
+
+    @property
     def plus(self) -> Pixels:
         """The first half: the mean and its further noise."""
         return self.mean + self.noise
@@ -86,27 +94,17 @@ class Noisy:
         return float(self.mean.mean()), standard_error(self.noise, self.measured)
 
 
-def debiased(error: PerChannel, image: Noisy, reference: Noisy, quadratic: bool = False) -> Metric:
-    """Mean of a smooth, nonnegative error per channel, free of the noise's own share; value and ends are floored at 0.
+def debiased(error: PerChannel, image: Noisy, reference: Noisy) -> Metric:
+    """Mean of a nonnegative error per channel, analytic in both pictures, free of the noise's own share; value and ends are not
+    below 0 (`unified`)."""
+    found = error(image.complex, reference.complex)
+    return _nonnegative(float(found.real.mean()), standard_error(found.imag, measured(image, reference)))
 
-    Unless the error is quadratic in the reference, 2 f₁ − f₂ (indices: noise variance) leaves a share of order s⁴. A third
-    level shows it: where 3 f₁ − 3 f₂ + f₃ differs by more than its own standard error, the interval reaches to that value too.
-    """
-    levels = [error(a, b).mean(axis=-1) for a, b in _realisations(image, reference)]
-    first, second = levels[0], (levels[1] + levels[2]) / 2
-    value = float((2 * first - second).mean())
+
+def _nonnegative(value: float, spread: float) -> Metric:
     if not math.isfinite(value):
         return Metric(math.inf, (math.inf, math.inf))
-    spread = _spread(error, image, reference)
-    lo, hi = nonnegative_interval(value, spread)
-    if not quadratic and reference.noise.any():
-        residue = first - 2 * second + _third_level(error, image, reference)
-        shift, doubt = float(residue.mean()), float(residue.std()) / math.sqrt(residue.size)
-        # A mean square that far below 0 betrays that share as well.
-        if abs(shift) > doubt or value < -Z95 * spread:
-            wide = nonnegative_interval(value + shift, math.hypot(spread, doubt))
-            lo, hi = min(lo, wide[0]), max(hi, wide[1])
-    return Metric(max(value, 0.0), (lo, hi))
+    return Metric(max(value, 0.0), nonnegative_interval(value, spread))
 
 
 def bias(image: Noisy, reference: Noisy) -> Metric:
@@ -129,14 +127,14 @@ def relative_root(image: Noisy, reference: Noisy) -> Metric:
     """√(mean (a − b)²) / b̄, debiased. The noise of the reference's mean b̄ is the same that moves the error, so both go into
     one response: to first order mse / b̄² moves by (−2 (a − b) − 2 mse / b̄) e / b̄²."""
     mean, _ = reference.grand_mean
-    mse = debiased(squared_error, image, reference, quadratic=True).value
+    mse = debiased(squared_error, image, reference).value
     if mean == 0:
         return Metric(0.0, (0.0, 0.0)) if mse == 0 else Metric(math.inf, (math.inf, math.inf))
 
     def error(a: Pixels, b: Pixels) -> Pixels:
         return (np.square(a - b) - 2 * mse / mean * (b - mean)) / mean**2
 
-    return debiased(error, image, reference, quadratic=True).map(math.sqrt)
+    return debiased(error, image, reference).map(math.sqrt)
 
 
 def averaged(error: PerChannel, image: Noisy, reference: Noisy) -> Metric:
@@ -227,12 +225,9 @@ def _spread(error: PerChannel, image: Noisy, reference: Noisy) -> float:
     return math.hypot(*parts)
 
 
-def _third_level(error: PerChannel, image: Noisy, reference: Noisy) -> Pixels:
-    """Error per pixel at three times the noise variance: the halves with one more drawn realisation."""
-    generator = np.random.default_rng(2)
-    a, b = (p.standard_error * generator.standard_normal(p.mean.shape[:-1])[..., None] for p in (image, reference))
-    plus, minus = error(image.plus + a, reference.plus + b), error(image.minus - a, reference.minus - b)
-    return (plus + minus).mean(axis=-1) / 2
+def measured(*pictures: Noisy) -> bool:
+    """Whether all noise there is was measured."""
+    return all(picture.measured or not picture.noise.any() for picture in pictures)
 
 
 def standard_error(response: Pixels, measured: bool) -> float:
