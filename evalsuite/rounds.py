@@ -65,18 +65,18 @@ def until_decided(run: Run, cells: Sequence[Cell], made: Sequence[Made]) -> tupl
     for order in comparisons:
         if any(_open(pair) and not pair["decided"] for pair in order["pairs"]):
             group = tuple(by_id[name] for name in order["order"])
-            looks[group] = _Look(settings.target_error, made[group[0]][0]["cost"]["reference_spp"], order["pairs"])
+            looks[group] = _Look.of(made[group[0]][0], order["pairs"])
     while looks:
         for group, look in list(looks.items()):
             if look.settled or 16 * look.spp > settings.cap:
                 fresh[look.error_of_fresh(settings.cap)].append(group)
                 del looks[group]
         for group, look in list(looks.items()):
-            finer = _told(run, "undecided, pilot", target_error=look.error / 2)
+            finer = _told(run, "undecided, pilot", target_error=_stated(look.error / 2))
             pilot = run_cells(finer, [cells[i] for i in group])
             _, found = decide(run, pilot)
-            pairs = found[0]["pairs"] if len(found) == 1 else []
-            looks[group] = _Look(look.error / 2, pilot[0][0]["cost"].get("reference_spp", settings.cap), pairs)
+            # A cell that failed says so in the report, to which its group goes at once.
+            looks[group] = _Look.of(pilot[0][0], found[0]["pairs"]) if len(found) == 1 else replace(look, pairs=())
     for error, chosen in fresh.items():
         finer = _told(run, "undecided, fresh samples", target_error=error, seed=settings.seed + 1)
         indices = [i for group in chosen for i in group]
@@ -94,11 +94,15 @@ def until_decided(run: Run, cells: Sequence[Cell], made: Sequence[Made]) -> tupl
 
 @dataclass(frozen=True)
 class _Look:
-    """What a group's pilot has seen: at which relative standard error, with how many samples per pixel, which pairs."""
+    """What a group's pilot has seen: the relative standard error that it reached, samples per pixel, and which pairs."""
 
     error: float
     spp: int
     pairs: Sequence[dict]
+
+    @classmethod
+    def of(cls, cell: dict, pairs: Sequence[dict]) -> _Look:
+        return cls(cell["reached_error"], cell["cost"]["reference_spp"], pairs)
 
     @property
     def margin(self) -> float:
@@ -110,9 +114,13 @@ class _Look:
         return self.margin >= 1.0
 
     def error_of_fresh(self, cap: int) -> float:
-        """At which error the fresh reference is to decide all pairs, or a little below what the cap lets it reach. Two digits,
-        as the command that makes it again states it."""
-        return float(f"{self.error * min(max(self.margin, 0.5 * math.sqrt(self.spp / cap)), 1.0):.2g}")
+        """At which error the fresh reference is to decide all pairs, or a little below what the cap lets it reach."""
+        return _stated(self.error * min(max(self.margin, 0.5 * math.sqrt(self.spp / cap)), 1.0))
+
+
+def _stated(error: float) -> float:
+    """Two digits, as the command that makes a cell again states it."""
+    return float(f"{error:.2g}")
 
 
 def _half(pair: dict) -> float:

@@ -67,24 +67,25 @@ def coverage(kind, relative, repetitions, error_scale=1.0, image_noise=0.0, with
 @pytest.mark.parametrize("kind", ["white", "grey", "gamma", "poisson"])
 @pytest.mark.parametrize(
     ("relative", "error_scale", "uneven"),
-    [(0.03, 1.0, False), (0.03, 0.0, False), (0.08, 1.0, False), (0.02, 1.0, True)],
+    [(0.03, 1.0, False), (0.03, 0.0, False), (0.04, 1.0, False), (0.015, 1.0, True)],
 )
 def test_debiased_intervals_hold_the_truth(kind, relative, error_scale, uneven):
-    """200 repetitions: the share of a true 95 % interval has a standard deviation of 1.5 %. error_scale 0: nothing but noise.
+    """300 repetitions: the share of a true 95 % interval has a standard deviation of 1.3 %. error_scale 0: nothing but noise.
     uneven: a few pixels have five times the noise of their neighbours."""
     mean, error = truth(48)
-    rng, hits = np.random.default_rng(11), Counter()
+    rng, hits = np.random.default_rng(2), Counter()
     noise = relative * np.where(rng.random(mean.shape[:2])[..., None] < 0.02, 5.0, 1.0) if uneven else relative
     image = (mean + error_scale * error).reshape(-1, 3)
     exact = debiased_metrics(quiet(image), quiet(mean.reshape(-1, 3)))
-    for _ in range(200):
+    for _ in range(300):
         a, b, sigma = (picture.reshape(-1, 3) for picture in estimate(rng, mean, noise, kind))
         got = debiased_metrics(quiet(image), Noisy((a + b) / 2, sigma, (a - b) / 2, measured=True))
         for name, metric in got.items():
             hits[name] += metric.ci95[0] <= exact[name].value <= metric.ci95[1]
     assert set(hits) == set(DEBIASED)
     for name in DEBIASED:
-        assert 0.90 <= hits[name] / 200 <= 0.98, {name: count / 200 for name, count in hits.items()}
+        share = hits[name] / 300
+        assert 0.90 <= share <= 0.98, (name, share)
 
 
 def quiet(picture):
