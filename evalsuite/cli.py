@@ -99,15 +99,14 @@ def _direction(option: str, text: str) -> tuple[float, float, float]:
 
 def _error(quality: str | None, target_error: float | None) -> tuple[float, int]:
     """(relative standard error, cap on samples per pixel)."""
-    from evalsuite.plan import QUALITY, unknown
+    from evalsuite.plan import QUALITY, unknown, usual_cap
 
     if target_error is not None:
         if not 0 < target_error < 1:
             raise EvalsuiteError(
                 f"--target-error {target_error}", "no usable value", "a relative standard error in (0, 1), as 0.005"
             )
-        cap = next((cap for limit, cap in QUALITY.values() if target_error >= limit), QUALITY["publication"][1])
-        return target_error, cap
+        return target_error, usual_cap(target_error)
     quality = quality or "draft"
     if quality not in QUALITY:
         raise unknown("--quality", quality, QUALITY, "`evalsuite run --help`")
@@ -163,6 +162,12 @@ def run(
         bool, typer.Option("--missing-only", help="Keep the cells that the output folder has scored.")
     ] = False,
     repair_env: RepairEnv = False,
+    until_decided: Annotated[
+        bool, typer.Option("--until-decided", help="Sample on where noise could change the order of techniques, up to the cap.")
+    ] = False,
+    cap: Annotated[
+        int | None, typer.Option(metavar="SPP", help="Samples per pixel at which a reference stops; default: the quality's.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Render and compare all cells of a report; write results.json, pictures and the page."""
@@ -172,7 +177,9 @@ def run(
     definition = planning.load_report(report)
     choice = planning.Choice(scene or (), technique or (), env, target or (), planning.parse_parameters(param or []))
     cells = planning.plan(definition, choice)
-    error, cap = _error(quality, target_error)
+    error, usual = _error(quality, target_error)
+    if cap is not None and cap < 32:
+        raise EvalsuiteError(f"--cap {cap}", "too few", "32 samples per pixel or more: the fewest that know their own scatter")
     directory = out_dir or Path("reports", "build", definition.name)
     if dry_run:
         rows = [{"cell": cell.id} for cell in cells]
@@ -180,9 +187,17 @@ def run(
         return
     from evalsuite.pipeline import Settings
 
-    settings = Settings(error, cap, _size(size), seed, repair_env)
+    settings = Settings(error, cap or usual, _size(size), seed, repair_env)
     results = run_report(
-        definition, cells, settings, directory, jobs=jobs, read_cache=not no_cache, missing_only=missing_only, console=err
+        definition,
+        cells,
+        settings,
+        directory,
+        jobs=jobs,
+        read_cache=not no_cache,
+        missing_only=missing_only,
+        until_decided=until_decided,
+        console=err,
     )
     if as_json:
         _print_json(results)

@@ -16,6 +16,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from evalsuite import rounds
 from evalsuite.compare import compare
 from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed
 from evalsuite.execute.local import Lane, Workers
@@ -37,6 +38,7 @@ def run_report(
     jobs: int | None,
     read_cache: bool,
     missing_only: bool,
+    until_decided: bool = False,
     console: Console,
 ) -> dict:
     """Make the cells, write results.json and the page into `directory`; returns the results."""
@@ -51,17 +53,20 @@ def run_report(
     with Workers(jobs) as workers, _progress(console, len(todo)) as told:
         run = Run(Store(read=read_cache), workers, settings, told)
         fresh = {cell["id"]: (cell, files) for cell, files in run_cells(run, todo)}
+        for cell in kept.values():
+            files = {name: directory / path for name, path in cell["images"].items()}
+            fresh[cell["id"]] = (cell, files)
+        made = [fresh[cell.id] for cell in cells]
+        made, comparisons = rounds.until_decided(run, cells, made) if until_decided else rounds.decide(run, made)
         header = {
             "report": report.name,
             "title": report.title,
             "description": report.description,
             "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
             "host": run.host() | {"git": _git()},
+            "comparisons": comparisons,
         }
-    for cell in kept.values():
-        files = {name: directory / path for name, path in cell["images"].items()}
-        fresh[cell["id"]] = (cell, files)
-    results = store_results.write(directory, header, [fresh[cell.id] for cell in cells])
+    results = store_results.write(directory, header, made)
     page.write(results, directory)
     return results
 

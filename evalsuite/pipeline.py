@@ -21,7 +21,7 @@ from evalsuite.gpu.plan import cannot_stand_for
 from evalsuite.gpu.techniques.base import LOOKUP, Technique
 from evalsuite.image.color import luminance
 from evalsuite.lights.model import DecompositionSettings
-from evalsuite.plan import NEAR_FIELD, Cell
+from evalsuite.plan import NEAR_FIELD, Cell, usual_cap
 from evalsuite.scene import builtin
 from evalsuite.scene.model import OWN, SUBJECT, Scene, SceneSource
 from evalsuite.steps import Progress, Settings, Steps
@@ -228,6 +228,8 @@ def reproduce(cell: Cell, settings: Settings) -> str:
     if cell.environment:
         words += ["--env", cell.environment if cell.environment_path.name != cell.environment else str(cell.environment_path)]
     words += ["--target-error", f"{settings.target_error:g}"]
+    if settings.cap != usual_cap(settings.target_error):
+        words += ["--cap", str(settings.cap)]
     if settings.size:
         words += ["--size", "{}x{}".format(*settings.size)]
     if settings.repair_environment:

@@ -31,6 +31,12 @@ QUALITY: Mapping[str, tuple[float, int]] = {
     "publication": (0.001, 1 << 19),
 }
 
+
+def usual_cap(target_error: float) -> int:
+    """Cap [samples per pixel] that goes with a relative standard error which no --quality names: the next finer quality's."""
+    return next((cap for limit, cap in QUALITY.values() if target_error >= limit), QUALITY["publication"][1])
+
+
 #: The target that only scenes with a room have.
 NEAR_FIELD = "near-field"
 

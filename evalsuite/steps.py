@@ -6,11 +6,13 @@ continues where it stopped. The work itself runs in worker processes.
 
 from __future__ import annotations
 
+import copy
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 
@@ -75,6 +77,12 @@ class Steps:
         self._lock = threading.Lock()
         self._warned: set[str] = set()
         self._host: dict | None = None
+
+    def twin(self, settings: Settings, progress: Progress) -> Self:
+        """The same steps under other settings; what one has made the other finds."""
+        other = copy.copy(self)
+        other.settings, other.progress = settings, progress
+        return other
 
     # ---- what the machine is ----------------------------------------------------------------------------------------
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evalsuite.compare import chain, compare
-from evalsuite.compare.comparison import with_noise
+from evalsuite.compare import chain, compare, decide
+from evalsuite.compare.comparison import noisy_picture, noisy_reference
 from evalsuite.compare.mask import whole_pixels
 from evalsuite.compare.regions import Surfaces
 from evalsuite.compare.statistics import Noisy
@@ -65,7 +66,7 @@ def compare_cell(
     }
     if surfaces is not None:
         truth = Noisy(reference.astype(np.float64), standard_error.astype(np.float64), (a.astype(np.float64) - b) / 2)
-        picture = with_noise(image.astype(np.float64), own_noise, seed=1)
+        picture = noisy_picture(image.astype(np.float64), own_noise, seed=1)
         found, maps["regions"] = located(picture, truth, mask, surfaces)
         meta |= found
     return {"meta": meta, "images": maps}
@@ -99,3 +100,26 @@ def split_cell(image_folder: str, reference_folders: list[str], coverage: NDArra
     ]
     images = {f"rung-{k}": (end - start).astype(np.float32) for k, (start, end) in enumerate(pairwise(means))}
     return {"meta": {"rungs": rungs, "total": found.total, "closure": found.closure}, "images": images}
+
+
+def rank_cells(files: Mapping[str, Mapping[str, Path]], confidence: float) -> dict:
+    """Order of cells that share a reference, from their files (id → name → EXR), over the pixels that all of them score.
+    Returns {"order": ids, "pairs": […]}; see `decide.rank`."""
+
+    def picture(cell: Mapping[str, Path], name: str) -> NDArray[np.float64] | None:
+        return exr.read(cell[name]).astype(np.float64) if name in cell else None
+
+    one = next(iter(files.values()))
+    mask = np.logical_and.reduce([picture(each, "mask")[..., 0] > 0.5 for each in files.values()])
+    halves = one["reference"].parent / "halves.npz"  # beside the store's entry only
+    measured = None
+    if halves.exists():
+        with np.load(halves) as data:
+            measured = data["a"], data["b"]
+    reference = noisy_reference(picture(one, "reference"), picture(one, "standard_error"), measured, [])
+    pictures = {
+        name: noisy_picture(picture(each, "image"), picture(each, "image_standard_error"), seed=1)[mask]
+        for name, each in files.items()
+    }
+    pairs = decide.rank(pictures, reference[mask], confidence)
+    return {"order": [pairs[0].better, *(pair.worse for pair in pairs)], "pairs": [pair.to_json() for pair in pairs]}

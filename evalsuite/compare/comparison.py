@@ -88,9 +88,9 @@ def compare(
     truth = _picture("reference", reference)
     picture = _picture("image", image, truth.shape)
     inside = _mask(mask, truth.shape)
-    truth = _reference(truth, standard_error, halves, notes)
+    truth = noisy_reference(truth, standard_error, halves, notes)
     noise = _picture("image standard error", image_standard_error, picture.shape) if image_standard_error is not None else None
-    picture = with_noise(picture, noise, seed=1)
+    picture = noisy_picture(picture, noise, seed=1)
 
     view = perceptual.view_of(truth.mean, inside)
     maps = _perceptual_maps(picture, truth, view)
@@ -121,6 +121,20 @@ def compare(
     )
 
 
+def debiased_metrics(picture: Noisy, truth: Noisy) -> dict[str, Metric]:
+    """The metrics that are free of the noise's own share, over pixels (P, 3); their intervals hold the truth in 95 %."""
+    mean, _ = truth.grand_mean
+    mse = statistics.debiased(metrics.squared_error, picture, truth)
+    return {
+        "mse": mse,
+        "rmse": mse.map(math.sqrt),
+        "relmse": statistics.debiased(metrics.relative_squared_error(mean), picture, truth),
+        "rel_rmse": statistics.relative_root(picture, truth),
+        "bias": statistics.bias(picture, truth),
+        "rel_bias": statistics.relative_bias(picture, truth),
+    }
+
+
 def _score(
     picture: Noisy, truth: Noisy, mask: NDArray[np.bool_], view: perceptual.View, maps: Mapping[str, tuple[NDArray, ...]]
 ) -> dict[str, Metric]:
@@ -143,24 +157,15 @@ def _score(
 
 def pixelwise(a: Noisy, b: Noisy) -> dict[str, Metric]:
     """The metrics that are means over pixels, each by itself: a is the image, b the reference, both (N, 3)."""
-    mean, _ = b.grand_mean
-    mse = mean_square(a, b)
-    rmse = mse.map(math.sqrt)
-    return {
-        "mse": mse,
-        "rmse": rmse,
-        "relmse": statistics.debiased(metrics.relative_squared_error(mean), a, b),
-        "rel_rmse": statistics.over_mean(rmse, b),
+    return debiased_metrics(a, b) | {
         "mae": statistics.averaged(metrics.absolute_error, a, b),
         "smape": statistics.averaged(metrics.symmetric_relative_error, a, b),
-        "bias": statistics.bias(a, b),
-        "rel_bias": statistics.relative_bias(a, b),
     }
 
 
 def mean_square(a: Noisy, b: Noisy) -> Metric:
     """mean (a − b)², free of noise."""
-    return statistics.debiased(metrics.squared_error, a, b, quadratic=True)
+    return statistics.debiased(metrics.squared_error, a, b)
 
 
 def _perceptual_maps(picture: Noisy, truth: Noisy, view: perceptual.View) -> dict[str, tuple[NDArray, ...]]:
@@ -172,26 +177,28 @@ def _perceptual_maps(picture: Noisy, truth: Noisy, view: perceptual.View) -> dic
     return {name: (value, plus[name], minus[name]) for name, value in mean.items()}
 
 
-def _reference(
+def noisy_reference(
     mean: NDArray, standard_error: ArrayLike | None, halves: tuple[ArrayLike, ArrayLike] | None, notes: list[str]
 ) -> Noisy:
+    """A reference (H, W, 3) of which more or less of the noise is known; `notes` is told what was missing."""
     sigma = _picture("standard error", standard_error, mean.shape) if standard_error is not None else None
     if halves is None:
         if sigma is None:
             notes.append("no standard error and no halves of the reference: nothing is debiased, intervals are single points")
         else:
             notes.append("no halves of the reference: debiased by its standard error")
-        return with_noise(mean, sigma, seed=0)
+        return noisy_picture(mean, sigma, seed=0)
     first, second = (_picture(f"half {i + 1}", half, mean.shape) for i, half in enumerate(halves))
     noise = (first - second) / 2
     if sigma is None:
         sigma = np.sqrt(uniform_filter(np.square(noise), (5, 5, 0)))
         notes.append("no standard error of the reference: estimated from its halves over 5 × 5 pixels")
-    return Noisy(mean, np.abs(sigma), noise)
+    return Noisy(mean, np.abs(sigma), noise, measured=True)
 
 
-def with_noise(mean: NDArray, sigma: NDArray | None, seed: int) -> Noisy:
-    """Without halves, ± the standard error stands for a realisation of the noise, its sign drawn per pixel."""
+def noisy_picture(mean: NDArray, sigma: NDArray | None, seed: int) -> Noisy:
+    """A picture (H, W, 3). Without halves, ± the standard error stands for a realisation of the noise, its sign drawn
+    per pixel."""
     if sigma is None:
         return Noisy(mean, np.zeros_like(mean), np.zeros_like(mean))
     signs = np.random.default_rng(seed).integers(0, 2, mean.shape[:2]) * 2.0 - 1.0

@@ -1,14 +1,20 @@
 """From error per pixel to a number with a 95 % interval, when the reference (and perhaps the image) carries noise.
 
-Model. The reference is R = μ + e with e independent between pixels, of standard deviation s (its standard error).
-Between the channels of a pixel any correlation ρ ≥ 0 is allowed for: a variance is linear in ρ, so the worse of 0 and 1.
-The halves A, B give one further realisation h = (A − B)/2 of e: A = R + h and B = R − h each carry twice the variance of R.
+Model. The reference is R = μ + e with e independent between pixels, normal, of standard deviation s (its standard error).
+The halves A, B give one further realisation h = (A − B)/2 of e, as large and independent of it.
 
-Debiasing. For a metric f smooth in the reference, f(R) is too large by b = ½ f″ s² and the mean f̄ of f(A), f(B) by 2b, so
-2 f(R) − f̄ is free of it (Richardson). For the squared error this is exactly mean((I − A)(I − B)).
+Then z = R + i h is a complex normal variable about μ that no rotation in the complex plane changes. An analytic function f has at
+the centre of such a disc its mean over it (the mean value property), and so has f²:
 
-Spread. To first order f(R) − f(μ) is the sum over pixels of f′ e, so its variance is the sum of (f′ s)² with
-f′ s = ½ (f(R + s) − f(R − s)): for the squared error 4 D² s², whose expectation is 4 d² s² + 4 s⁴ with the true error d.
+    E f(z) = f(μ) and E f(z)² = f(μ)², hence E Re f(z) = f(μ) and Var Re f(z) = E (Im f(z))².
+
+So **Re f(R + i h) is free of the noise's own share, to all orders, and (Im f)² states its variance without bias**, for functions
+of several channels with any correlation between them too. For the squared error Re f is (I − A)(I − B) and Im f is −2 (I − R) h,
+whose mean square is 4 d² s² + 4 s⁴ with the true error d. A sum over pixels has the sum of their variances. Each has one degree
+of freedom, the sum those of Welch and Satterthwaite, and Student's t widens the interval where a few pixels decide it. Where
+only a standard error is known, ± s stands for h, and of the channels' correlation the worse of 0 and 1 is taken.
+
+An error with a kink at 0 is not analytic; see `averaged`.
 """
 
 from __future__ import annotations
@@ -22,10 +28,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 from scipy.special import stdtrit
 
-from evalsuite.compare.metrics import PerChannel, Pixels
+from evalsuite.compare.metrics import PerChannel, Pixels, squared_error
+from evalsuite.compare.unified import Z95, nonnegative_interval
 
-#: Two-sided 95 % quantile of the normal distribution.
-Z95 = 1.959963984540054
 #: Edge of the window within which SSIM's and FLIP's filters (11 and about 19 pixels wide) correlate neighbours [pixels].
 WINDOW = 32
 #: Realisations of noise drawn for percentiles.
@@ -57,14 +62,21 @@ class Metric:
 
 @dataclass(frozen=True, eq=False)
 class Noisy:
-    """Pixels (…, 3) of a picture with their standard error and one further realisation of their noise."""
+    """Pixels (…, 3) of a picture with their standard error and one further realisation of their noise, which was measured
+    (by two halves) or made up from the standard error."""
 
     mean: Pixels
     standard_error: Pixels
     noise: Pixels
+    measured: bool = False
 
     def __getitem__(self, mask: NDArray[np.bool_]) -> Noisy:
-        return Noisy(self.mean[mask], self.standard_error[mask], self.noise[mask])
+        return Noisy(self.mean[mask], self.standard_error[mask], self.noise[mask], self.measured)
+
+    @property
+    def complex(self) -> NDArray[np.complex128]:
+        """R + i h."""
+        return self.mean + 1j * self.noise
 
     @property
     def plus(self) -> Pixels:
@@ -79,29 +91,28 @@ class Noisy:
     @property
     def grand_mean(self) -> tuple[float, float]:
         """(mean over pixels and channels, its standard error)."""
-        return float(self.mean.mean()), _standard_error(self.standard_error)
+        return float(self.mean.mean()), standard_error(self.noise, self.measured)
 
 
-def debiased(error: PerChannel, image: Noisy, reference: Noisy, quadratic: bool = False) -> Metric:
-    """Mean of a smooth, nonnegative error per channel, free of the noise's own share; value and ends are floored at 0.
+def debiased(error: PerChannel, image: Noisy, reference: Noisy) -> Metric:
+    """Mean of a nonnegative error per channel, analytic in both pictures, free of the noise's own share; value and ends are not
+    below 0 (`unified`).
 
-    Unless the error is quadratic in the reference, 2 f₁ − f₂ (indices: noise variance) leaves a share of order s⁴. A third
-    level shows it: where 3 f₁ − 3 f₂ + f₃ differs by more than its own standard error, the interval reaches to that value too.
-    """
-    levels = [error(a, b).mean(axis=-1) for a, b in _realisations(image, reference)]
-    first, second = levels[0], (levels[1] + levels[2]) / 2
-    value = float((2 * first - second).mean())
+    Richardson's 2 f(R) − ½ (f(A) + f(B)) removes the same share to second order only. Unless the error is quadratic they differ
+    from the fourth on, where it matters whether the noise is normal; where that is more than a standard error, the interval
+    reaches over both."""
+    found = error(image.complex, reference.complex)
+    value, known = float(found.real.mean()), measured(image, reference)
     if not math.isfinite(value):
         return Metric(math.inf, (math.inf, math.inf))
-    half = Z95 * _spread(error, image, reference)
-    lo, hi = value - half, value + half
-    if not quadratic and reference.noise.any():
-        residue = first - 2 * second + _third_level(error, image, reference)
-        shift, doubt = float(residue.mean()), float(residue.std()) / math.sqrt(residue.size)
-        if abs(shift) > doubt or hi < 0:  # a negative mean square betrays that share as well
-            wide = math.hypot(half, Z95 * doubt)
-            lo, hi = min(lo, value + shift - wide), max(hi, value + shift + wide)
-    return Metric(max(value, 0.0), (max(lo, 0.0), max(hi, 0.0)))
+    spread = standard_error(found.imag, known)
+    lo, hi = nonnegative_interval(value, spread)
+    first, plus, minus = (error(a, b) for a, b in _realisations(image, reference))
+    second_order = float((2 * first - (plus + minus) / 2).mean())
+    if abs(second_order - value) > spread:
+        other = nonnegative_interval(second_order, standard_error((plus - minus) / 2, known))
+        lo, hi = min(lo, other[0]), max(hi, other[1])
+    return Metric(max(value, 0.0), (lo, hi))
 
 
 def bias(image: Noisy, reference: Noisy) -> Metric:
@@ -120,13 +131,18 @@ def relative_bias(image: Noisy, reference: Noisy) -> Metric:
     return Metric(value, (value - half, value + half))
 
 
-def over_mean(metric: Metric, reference: Noisy) -> Metric:
-    """metric / mean(reference), widened by the relative uncertainty of that mean."""
-    mean, error = reference.grand_mean
+def relative_root(image: Noisy, reference: Noisy) -> Metric:
+    """√(mean (a − b)²) / b̄, debiased. The noise of the reference's mean b̄ is the same that moves the error, so both go into
+    one response: to first order mse / b̄² moves by (−2 (a − b) − 2 mse / b̄) e / b̄²."""
+    mean, _ = reference.grand_mean
+    mse = debiased(squared_error, image, reference).value
     if mean == 0:
-        return Metric(0.0, (0.0, 0.0)) if metric.value == 0 else Metric(math.inf, (math.inf, math.inf))
-    lo, hi = (math.hypot(end - metric.value, Z95 * metric.value * error / mean) for end in metric.ci95)
-    return Metric(metric.value / mean, (max(metric.value - lo, 0.0) / mean, (metric.value + hi) / mean))
+        return Metric(0.0, (0.0, 0.0)) if mse == 0 else Metric(math.inf, (math.inf, math.inf))
+
+    def error(a: Pixels, b: Pixels) -> Pixels:
+        return (np.square(a - b) - 2 * mse / mean * (b - mean)) / mean**2
+
+    return debiased(error, image, reference).map(math.sqrt)
 
 
 def averaged(error: PerChannel, image: Noisy, reference: Noisy) -> Metric:
@@ -210,27 +226,29 @@ def _realisations(image: Noisy, reference: Noisy) -> tuple[tuple[Pixels, Pixels]
 
 def _spread(error: PerChannel, image: Noisy, reference: Noisy) -> float:
     """Standard error of the mean of an error per channel, to first order in both pictures' independent noise."""
-    b, db, a, da = reference.mean, reference.standard_error, image.mean, image.standard_error
-    parts = [_standard_error((error(a, b + db) - error(a, b - db)) / 2)]
-    if da.any():
-        parts.append(_standard_error((error(a + da, b) - error(a - da, b)) / 2))
+    a, b = image, reference
+    parts = [standard_error((error(a.mean, b.plus) - error(a.mean, b.minus)) / 2, b.measured)]
+    if a.noise.any():
+        parts.append(standard_error((error(a.plus, b.mean) - error(a.minus, b.mean)) / 2, a.measured))
     return math.hypot(*parts)
 
 
-def _third_level(error: PerChannel, image: Noisy, reference: Noisy) -> Pixels:
-    """Error per pixel at three times the noise variance: the halves with one more drawn realisation."""
-    generator = np.random.default_rng(2)
-    a, b = (p.standard_error * generator.standard_normal(p.mean.shape[:-1])[..., None] for p in (image, reference))
-    plus, minus = error(image.plus + a, reference.plus + b), error(image.minus - a, reference.minus - b)
-    return (plus + minus).mean(axis=-1) / 2
+def measured(*pictures: Noisy) -> bool:
+    """Whether all noise there is was measured."""
+    return all(picture.measured or not picture.noise.any() for picture in pictures)
 
 
-def _standard_error(sigma: Pixels) -> float:
-    """Of the mean over pixels and channels of independent pixels with signed channel responses sigma, the worse of fully
-    correlated and independent channels."""
-    together = np.square(sigma.mean(axis=-1)).sum()
-    apart = np.square(sigma).sum() / sigma.shape[-1] ** 2
-    return math.sqrt(max(together, apart)) / (sigma.size // sigma.shape[-1])
+def standard_error(response: Pixels, measured: bool) -> float:
+    """Of the mean over pixels and channels, pixels being independent, from the response of each to a further realisation of the
+    noise; widened by Student's t for the degrees of freedom that measured noise has, 3 (Σ v)² / Σ v² − 2 of one each (Welch
+    1947, Satterthwaite 1946). Made-up noise knows no correlation of channels: the worse of 0 and 1."""
+    together = np.square(response.mean(axis=-1))
+    total = together.sum()
+    if not measured:
+        total = max(total, np.square(response).sum() / response.shape[-1] ** 2)
+    elif total > 0:
+        total *= (float(stdtrit(3 * total**2 / np.square(together).sum() - 2, 0.975)) / Z95) ** 2
+    return math.sqrt(total) / together.size
 
 
 def _windowed(values: NDArray) -> float:

@@ -96,7 +96,7 @@ def _bins(picture: Noisy, truth: Noisy, inside: Mask, values: NDArray, edges: Se
                 {
                     "edges": [edges[k], edges[k + 1]],
                     "pixels": len(here),
-                    "rel_rmse": statistics.over_mean(mean_square(a, b).map(math.sqrt), b).to_json(),
+                    "rel_rmse": statistics.relative_root(a, b).to_json(),
                     "rel_bias": statistics.relative_bias(a, b).to_json(),
                 }
             )

@@ -13,8 +13,8 @@ from evalsuite.scene.model import Scene
 def reflection(
     scene: Scene, face_size: int, materials: frozenset[int], subsample: tuple[float, float] = camera.CENTRE
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
-    """At a sub-sample of each pixel: r (H, W, 3) world, λ (H, W) for a cubemap with faces face_size² before any bias, and the (H, W) mask
-    of pixels that show one of `materials` (indices into Scene.materials) from a lit side."""
+    """At a sub-sample of each pixel: r (H, W, 3) world, λ (H, W) for a cubemap with faces face_size² before any bias, and the
+    (H, W) mask of pixels that show one of `materials` (indices into Scene.materials) from a lit side."""
     stage = Stage(scene)
     program = programs.program(
         (programs.part("surface.vert"),), (programs.part("library/face_lod.glsl"), programs.part("reflection.frag"))

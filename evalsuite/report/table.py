@@ -10,6 +10,9 @@ from rich.text import Text
 
 from evalsuite.report.page import STATUS, interval, number
 
+#: What the mark ≈ says.
+INCONCLUSIVE = "≈ inconclusive: noise could change the order of this cell and a neighbour; `--until-decided` samples on"
+
 _STYLES = {"failed": "red", "uncertified": "red", "skipped": "dim"}
 
 
@@ -17,6 +20,7 @@ def results_table(results: Mapping) -> Table:
     """One row a cell: scores with their 95 % intervals, or why there are none. Names are shown as they are, not as markup."""
     title = escape(str(results.get("title") or ""))
     table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
+    table.caption_justify = "left"
     table.add_column("cell", overflow="fold", min_width=20)
     for name in ("rel_rmse", "95 %", "rel_bias", "FLIP", "SSIM"):
         table.add_column(name, justify="right", no_wrap=True)
@@ -31,9 +35,13 @@ def results_table(results: Mapping) -> Table:
         name = Text(str(cell.get("id", "")))
         if status != "scored":
             name.append(f"\n{message}", style=_STYLES.get(status, ""))
+        error = value("rel_rmse", "%")
+        if cell.get("decided") is False:
+            error = Text("≈ ").append_text(error)
+            table.caption = INCONCLUSIVE
         table.add_row(
             name,
-            value("rel_rmse", "%"),
+            error,
             Text(interval(metrics.get("rel_rmse"), "%"), style="dim"),
             value("rel_bias", "%"),
             value("flip"),

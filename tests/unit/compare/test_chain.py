@@ -67,21 +67,50 @@ def test_intervals_hold_the_truth_and_shares_have_no_bias(own_noise):
             for m, name in enumerate(("share", "rel_rmse", "rel_bias")):
                 lo, hi = getattr(rung, name).ci95
                 inside[k, m] += lo <= getattr(true, name).value <= hi
-    assert (inside / repetitions > 0.9).all(), inside / repetitions
-    # Channels are taken to move wholly together, so intervals are wider than need be, but not by much.
+    # The image's own noise has no halves, and its channels are taken to move wholly together or not at all, whichever is worse.
+    most = 0.98 if own_noise == 0 else 0.99
+    assert ((inside / repetitions >= 0.9) & (inside / repetitions <= most)).all(), inside / repetitions
     spread = np.std(values, axis=0)
     bias = np.mean(values, axis=0) - [r.share.value for r in exact.rungs]
     assert (np.abs(bias) < 4.0 * spread / np.sqrt(repetitions)).all()
 
 
 def test_a_rung_of_noise_alone_contains_zero():
-    random, pictures = np.random.default_rng(3), truths()
-    same = [measured(pictures[0], 0.05, random) for _ in range(2)]
-    rung = split([*same, Step.drawn(pictures[-1])]).rungs[0]
-    assert rung.share.ci95[0] < 0.0 < rung.share.ci95[1] and rung.rel_rmse.ci95[0] == 0.0
+    random, pictures, inside = np.random.default_rng(3), truths(), np.zeros(2)
+    for _ in range(300):
+        same = [measured(pictures[0], 0.05, random) for _ in range(2)]
+        rung = split([*same, Step.drawn(pictures[-1])]).rungs[0]
+        inside += rung.share.ci95[0] < 0.0 < rung.share.ci95[1], rung.rel_rmse.ci95[0] == 0.0
+    assert ((inside / 300 >= 0.9) & (inside / 300 <= 0.98)).all(), inside / 300
 
 
 def test_full_truth_needs_halves():
     picture = np.ones((4, 3))
     with pytest.raises(EvalsuiteError, match="halves"):
         split([Step.drawn(picture), Step.drawn(picture)])
+
+
+def test_references_of_the_same_random_numbers():
+    """Targets of one seed share most of their noise: no share may be biased by it, and intervals know how little it matters."""
+    pictures, repetitions, sigma = truths(4), 300, 0.06
+    exact = split([*(Step.of((p, p), np.zeros_like(p)) for p in pictures[:-1]), Step.drawn(pictures[-1])])
+    inside, values, widths = np.zeros((3, 3)), [], []
+    for seed in range(repetitions):
+        random = np.random.default_rng(5000 + seed)
+        common = measured(np.zeros_like(pictures[0]), 0.9 * sigma, random)
+        references = []
+        for p in pictures[:-1]:
+            own = measured(p, np.sqrt(1 - 0.9**2) * sigma, random)
+            halves = [own.mean + sign * own.noise + common.mean + sign * common.noise for sign in (1, -1)]
+            references.append(Step.of(halves, np.full(p.shape, sigma)))
+        found = split([*references, Step.drawn(pictures[-1])])
+        values.append([r.share.value for r in found.rungs])
+        widths.append([r.rel_bias.ci95[1] - r.rel_bias.ci95[0] for r in found.rungs])
+        for k, (rung, true) in enumerate(zip(found.rungs, exact.rungs, strict=True)):
+            for m, name in enumerate(("share", "rel_rmse", "rel_bias")):
+                lo, hi = getattr(rung, name).ci95
+                inside[k, m] += lo <= getattr(true, name).value <= hi
+    assert ((inside / repetitions >= 0.9) & (inside / repetitions <= 0.98)).all(), inside / repetitions
+    bias = np.mean(values, axis=0) - [r.share.value for r in exact.rungs]
+    assert (np.abs(bias) < 4.0 * np.std(values, axis=0) / np.sqrt(repetitions)).all()
+    assert np.mean(widths, axis=0)[0] < 0.7 * np.mean(widths, axis=0)[2]  # between two such references, and one and the image

@@ -9,7 +9,7 @@ import pytest
 
 from evalsuite.compare import compare, regions, where
 from evalsuite.compare.blob import largest_blob
-from evalsuite.compare.comparison import with_noise
+from evalsuite.compare.comparison import noisy_picture
 from evalsuite.compare.regions import Surfaces, face_angles, masks
 from evalsuite.compare.statistics import Noisy
 from evalsuite.image.color import luminance
@@ -50,7 +50,7 @@ def noisy(mean, relative=0.02, seed=0):
 
 
 def exact(mean):
-    return with_noise(np.asarray(mean, float), None, 0)
+    return noisy_picture(np.asarray(mean, float), None, 0)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from evalsuite.compare import compare, where
-from evalsuite.compare.comparison import with_noise
+from evalsuite.compare.comparison import noisy_picture
 from evalsuite.compare.regions import Surfaces
 from evalsuite.compare.statistics import Noisy
 from evalsuite.image import exr
@@ -42,7 +42,7 @@ def located(image, reference, sigma, halves, mask):
     n = np.stack([x, -y, np.sqrt(np.clip(1 - x**2 - y**2, 0, 1))], -1).astype(np.float32)
     seen = Surfaces(n, n, np.zeros((size, size), np.int32), np.array([0.0, 0.0, 1e6]), np.zeros((size, size), bool))
     truth = Noisy(reference, sigma, (halves[0] - halves[1]) / 2)
-    return where.located(with_noise(image, None, 1), truth, mask, seen)
+    return where.located(noisy_picture(image, None, 1), truth, mask, seen)
 
 
 def cell(directory: Path, scene: str, technique: str, exponent: float, status: str = "scored", seed: int = 0) -> dict:

@@ -154,3 +154,19 @@ def test_terminal_table(written):
     console.print(results_table(written[1]))
     text = console.export_text()
     assert "skipped: no score" in text and "<script>" in text and "10.7 %" in text
+
+
+def test_inconclusive_orders_are_marked(tmp_path):
+    results = synthetic.results(tmp_path)
+    console = Console(width=200, record=True, force_terminal=False)
+    console.print(results_table(results))
+    page.write(results, tmp_path)
+    assert "≈" not in console.export_text() and "≈" not in (tmp_path / "index.html").read_text(encoding="utf-8")
+    scored = [cell for cell in results["cells"] if cell["status"] == "scored"]
+    scored[0]["decided"], scored[1]["decided"] = False, True
+    console.print(results_table(results))
+    text = console.export_text()
+    assert text.count("≈ ") == 2 and "≈ inconclusive" in text  # the cell's, and the legend's
+    page.write(results, tmp_path)
+    html = (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert html.count(">≈</abbr>") == 1 and "--until-decided" in html
