@@ -170,7 +170,8 @@ def load_report(name: str) -> Report:
         got = f"unknown key '{sorted(strange)[0]}'" if strange else "no [[group]]"
         raise EvalsuiteError(path, got, "title, description, size and [[group]] tables")
     size = data.get("size")
-    if size is not None and not (isinstance(size, list) and len(size) == 2 and all(type(n) is int and 1 <= n <= 16384 for n in size)):
+    whole = isinstance(size, list) and len(size) == 2 and all(type(n) is int and 1 <= n <= 16384 for n in size)
+    if size is not None and not whole:
         raise EvalsuiteError(f"{path}, size", repr(size), "[width, height] in pixels, 1 to 16384 each")
     groups = []
     for number, table in enumerate(data["group"], 1):

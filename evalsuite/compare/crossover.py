@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +18,7 @@ def crossings(x: ArrayLike, a: tuple[Float, Float, Float], b: tuple[Float, Float
 
     With u = ln x (x itself unless log) and **d = ln a − ln b**, straight between neighbours, a crossing is a root of d. Its
     interval holds all u about the root where 0 lies between ln a_low − ln b_high and ln a_high − ln b_low: as the two share a
-    reference, whose noise moves both alike, it is wide rather than narrow. It says nothing of how a and b run between grid points.
+    reference, whose noise moves both alike, it is wide rather than narrow. How a and b run between grid points it does not know.
     Each: value, ci95 (an end is None where it lies beyond the sweep), between (grid neighbours), first_below (a is the better
     one below the crossing), decided (both ends lie within the sweep)."""
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -29,7 +30,7 @@ def crossings(x: ArrayLike, a: tuple[Float, Float, Float], b: tuple[Float, Float
     u, back = (np.log(x), np.exp) if log else (x, float)
     found = []
     signed = np.flatnonzero(d)
-    for i, j in zip(signed, signed[1:], strict=False):
+    for i, j in pairwise(signed):
         if d[i] * d[j] > 0:
             continue
         # Grid points between the two, if any, are exact ties: the middle of them.
@@ -65,7 +66,7 @@ def crossovers(plane: Plane) -> list[dict]:
     found = []
     for values, a, b in pairs(plane):
         for axis, at, points, index in _lines(plane):
-            curves = [tuple(grid[index] for grid in (c.value, c.low, c.high)) for c in (a, b)]
+            curves = [tuple(grid[index] for grid in (c.drawn, c.low, c.high)) for c in (a, b)]
             for one in crossings(points, *curves, log=logarithmic(points)):
                 first, second = (a, b) if one.pop("first_below") else (b, a)
                 found.append({

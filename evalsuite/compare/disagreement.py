@@ -27,9 +27,9 @@ def behind(a: Float, b: Float, reference: Float, sigma: Float) -> dict[str, obje
     """Facts about two pictures (P, 3) against their reference, whose standard error is sigma, over the pixels scored.
 
     For each of `a`, `b`: worst_share, of the squared error in the worst 1 % of the pixels; most_pixels, the part of the pixels
-    that holds 80 % of it; brightness, the mean reference in those over the mean of all. And a_nearer, the part of the pixels where
-    a is nearer to the truth, and a_excess, the part of the pixels that holds 80 % of the squared error by which a is worse where
-    it is worse. Values as measured, with intervals as `statistics.percentile` has them: the reference's noise drawn anew."""
+    that holds 80 % of it; brightness, the mean reference in those over the mean of all. And a_nearer, the part of the pixels
+    where a is nearer to the truth, and a_excess, the part of the pixels that holds 80 % of the squared error by which a is worse
+    where it is worse. Values as measured, intervals as `statistics.percentile` makes them: the reference's noise drawn anew."""
     names = [f"{side}.{fact}" for side in "ab" for fact in ("worst_share", "most_pixels", "brightness")]
 
     def facts(truth: Float) -> Float:
@@ -88,7 +88,8 @@ def sentence(flip: dict) -> str:
 
     def side(name: str, fact: dict) -> str:
         brightness = fact["brightness"]["value"]
-        where = "bright parts" if brightness > CONTRAST else "dark parts" if brightness < 1 / CONTRAST else "neither bright nor dark"
+        known = [words for words, so in (("bright", brightness > CONTRAST), ("dark", brightness < 1 / CONTRAST)) if so]
+        where = f"{known[0]} parts" if known else "neither bright nor dark"
         return (
             f"80 % of the squared error of {name} lies in {percent(fact['most_pixels']['value'])} of the pixels ({where}: "
             f"{brightness:.2g} times the object's mean), {percent(fact['worst_share']['value'])} of it in the worst 1 %"
@@ -98,5 +99,3 @@ def sentence(flip: dict) -> str:
     words += f"{', '.join(flip['prefer_b'])} prefer{'s' * (len(flip['prefer_b']) == 1)} {b}. "
     nearest = facts["a_nearer"]["value"]
     return f"{words}{side(a, facts['a'])}; {side(b, facts['b'])}. {a} is nearer to the truth in {percent(nearest)} of the pixels."
-
-

@@ -40,6 +40,12 @@ class Contender:
     truth: tuple[str | None, ...]
 
     @property
+    def drawn(self) -> Float:
+        """The values as logarithms take them: at least a tenth of the interval's upper end, as one that noise cannot tell from 0
+        could have any below that."""
+        return np.where(np.isfinite(self.high), np.maximum(self.value, 0.1 * self.high), self.value)
+
+    @property
     def label(self) -> str:
         """Technique and what tells it from others of that technique."""
         words = [f"{name} {value:g}" for name, value in self.at.items()] + [f"{k} {v}" for k, v in self.others.items()]

@@ -59,15 +59,13 @@ def pareto(plane: Plane) -> list[dict]:
         use = np.logical_and.reduce([common, *(np.isfinite(getattr(c, name)) for c in plane.contenders)])
         if not use.any():
             continue
-        points = [
-            (over_plane(c.value[use], c.low[use], c.high[use]), mean_cost(getattr(c, name)[use])) for c in plane.contenders
-        ]
+        points = [(over_plane(c.value[use], c.low[use], c.high[use]), mean_cost(getattr(c, name)[use])) for c in plane.contenders]
         entries.append({
             "scene": plane.scene, "target": plane.target, "environment": plane.environment, "over": [plane.x, plane.y],
             "cells": int(use.sum()), "cost": name,
             "points": [
-                {"contender": c.label, "technique": c.technique, "at": dict(c.at), "rel_rmse": error.to_json(), name: cost.to_json(),
-                 "on_front": on, "decided": decided}
+                {"contender": c.label, "technique": c.technique, "at": dict(c.at), "rel_rmse": error.to_json(),
+                 name: cost.to_json(), "on_front": on, "decided": decided}
                 for c, (error, cost), (on, decided) in zip(plane.contenders, points, front(points), strict=True)
             ],
         })  # fmt: skip

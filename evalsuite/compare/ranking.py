@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-#: Metrics that rank: name in results.json → whether less of it is better. `mse`, `rmse` and `rel_rmse` rank alike, as does `psnr`,
-#: which is the logarithm of the first; `rel_bias` counts by its magnitude.
+#: Metrics that rank: name in results.json → whether less of it is better. `mse`, `rmse` and `rel_rmse` rank alike, as does
+#: `psnr`, which is the logarithm of the first; `rel_bias` counts by its magnitude.
 METRICS: Mapping[str, bool] = {
     "rel_rmse": True, "psnr": False, "relmse": True, "mae": True, "smape": True, "rel_bias": True, "max_abs": True,
     "p99_abs": True, "ssim": False, "flip": True, "flip_hdr": True, "delta_e2000": True,
@@ -58,7 +58,7 @@ def score(cell: Mapping, metric: str) -> tuple[float, float, float] | None:
         return None
     # A psnr without value or upper end is that of pictures which noise cannot tell apart.
     value = math.inf if given["value"] is None else given["value"]
-    low, high = (-math.inf if given["ci95"][0] is None else given["ci95"][0], math.inf if given["ci95"][1] is None else given["ci95"][1])
+    low, high = (open_ if end is None else end for end, open_ in zip(given["ci95"], (-math.inf, math.inf), strict=True))
     if metric == "rel_bias":
         ends = sorted((abs(low), abs(high)))
         return abs(value), 0.0 if low <= 0 <= high else ends[0], ends[1]
@@ -82,15 +82,14 @@ def decide(group: Group, metric: str, a: str, b: str, paired: Paired | None = No
 
 
 def rank(group: Group, paired: Paired | None = None) -> dict:
-    """One group as it stands in results.json: `ranks`, `flips` and the `pairs` that are decided.
+    """One group: `ranks`, `flips`, and `concordance` for `kendall`.
 
-    ranks[metric][name] = [best, worst] rank: 1 + those that are better, the number of all − those that are worse. A flip is a pair
-    a, b of which some metrics prefer a (`prefer_a`) and others b, all of them decided; `strength` is the smaller of the two sides'
-    largest |ln| ratio of values."""
+    ranks[metric][name] = [best, worst] rank: 1 + those that are better, the number of all − those that are worse. A flip is a
+    pair a, b of which some metrics prefer a (`prefer_a`) and others b, all of them decided; `strength` is the smaller of the two
+    sides' largest |ln| ratio of values, without `rel_bias`: near 0 its ratios say nothing, and a flip that rests on it alone has
+    strength 0."""
     ids = list(group.cells)
-    decided = {
-        (metric, a, b): decide(group, metric, a, b, paired) for metric in METRICS for a, b in combinations(ids, 2)
-    }
+    decided = {(metric, a, b): decide(group, metric, a, b, paired) for metric in METRICS for a, b in combinations(ids, 2)}
     ranks: dict[str, dict[str, list[int]]] = {}
     for metric in METRICS:
         if all(score(cell, metric) is None for cell in group.cells.values()):
@@ -107,7 +106,8 @@ def rank(group: Group, paired: Paired | None = None) -> dict:
         prefer_a = [m for m in METRICS if decided[m, a, b] < 0]
         prefer_b = [m for m in METRICS if decided[m, a, b] > 0]
         if prefer_a and prefer_b:
-            strength = min(max(_ratio(group, m, a, b) for m in side) for side in (prefer_a, prefer_b))
+            sides = ([_ratio(group, m, a, b) for m in side if m != "rel_bias"] for side in (prefer_a, prefer_b))
+            strength = min(max(side, default=0.0) for side in sides)
             flips.append({
                 "a": a, "b": b, "a_name": group.names[a], "b_name": group.names[b],
                 "prefer_a": prefer_a, "prefer_b": prefer_b, "strength": strength,
@@ -158,6 +158,4 @@ def kendall(ranked: Sequence[Mapping]) -> list[dict]:
             total = sums.setdefault(tuple(one["metrics"]), [0, 0, 0, 0])
             for k, part in enumerate((one["value"], *one["ci95"], one["pairs"])):
                 total[k] += part
-    return [
-        {"metrics": list(key), "value": v / n, "ci95": [lo / n, hi / n], "pairs": n} for key, (v, lo, hi, n) in sums.items()
-    ]
+    return [{"metrics": list(key), "value": v / n, "ci95": [lo / n, hi / n], "pairs": n} for key, (v, lo, hi, n) in sums.items()]

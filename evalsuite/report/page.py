@@ -16,7 +16,7 @@ from pathlib import Path
 import jinja2
 
 from evalsuite.image.files import replacing
-from evalsuite.report import pictures
+from evalsuite.report import envelopes, pictures, rankings
 from evalsuite.report.scales import short
 from evalsuite.store.results import slug
 
@@ -61,8 +61,15 @@ def write(results: Mapping, directory: Path) -> Path:
     )  # fmt: skip
     environment.filters |= {"number": number, "interval": interval, "plain": _plain, "short": _short}
     counts = {status: sum(c["data"].get("status") == status for c in cells) for status in STATUS}
+    across = {"envelopes": envelopes.section(results, directory), "rankings": rankings.section(results, directory)}
     html = environment.get_template("index.html").render(
-        results=results, cells=cells, metrics=METRICS, statuses=STATUS, counts=counts, host=_host(results.get("host") or {})
+        results=results,
+        cells=cells,
+        metrics=METRICS,
+        statuses=STATUS,
+        counts=counts,
+        host=_host(results.get("host") or {}),
+        **across,
     )
     index = directory / "index.html"
     with replacing(index) as temporary:

@@ -117,7 +117,8 @@ def band_degree(name: str) -> int | None:
     if not found:
         return None
     if not re.fullmatch(r"[1-9]\d?", found[1]) or int(found[1]) > LARGEST_BAND:
-        raise EvalsuiteError(f"environment '{name}'", f"'{found[1]}'", f"a degree from 1 to {LARGEST_BAND}, as band-16", "choose one")
+        expected = f"a degree from 1 to {LARGEST_BAND}, as band-16"
+        raise EvalsuiteError(f"environment '{name}'", f"'{found[1]}'", expected, "choose one")
     return int(found[1])
 
 
@@ -126,7 +127,8 @@ def _made_on_demand(name: str) -> Path:
     from evalsuite.image.files import replacing
     from evalsuite.store.cache import cache_directory, digest, file_digest, source_digest
 
-    key = digest([file_digest(scenes_directory() / "generate_environments.py"), source_digest("math/band_noise.py", "math/zonal.py")])
+    code = source_digest("math/band_noise.py", "math/sphere.py", "math/zonal.py")
+    key = digest([file_digest(scenes_directory() / "generate_environments.py"), code])
     path = cache_directory() / "environments" / key[:12] / f"{name}.exr"
     if not path.is_file():
         with replacing(path) as temporary:
