@@ -37,11 +37,16 @@ def behind(a: Float, b: Float, reference: Float, sigma: Float) -> dict[str, obje
         return np.array([*_spread(squares[0], truth), *_spread(squares[1], truth), np.mean(nearer(a, b, truth) < 0),
                          _part(np.maximum(squares[0] - squares[1], 0.0))])  # fmt: skip
 
-    found = [metric.to_json() for metric in _with_intervals(facts, reference, sigma)]
+    # A part of so many pixels is known to half a pixel at best.
+    grain = 0.5 / len(reference)
+    found = [
+        fact if name.endswith("brightness") else Metric(fact.value, (fact.ci95[0] - grain, fact.ci95[1] + grain)).within(0.0, 1.0)
+        for name, fact in zip([*names, "a_nearer", "a_excess"], _with_intervals(facts, reference, sigma), strict=True)
+    ]
     sides: dict[str, dict] = {"a": {}, "b": {}}
     for name, fact in zip(names, found, strict=False):
-        sides[name[0]][name[2:]] = fact
-    return {**sides, "a_nearer": found[-2], "a_excess": found[-1], "pixels": len(reference)}
+        sides[name[0]][name[2:]] = fact.to_json()
+    return {**sides, "a_nearer": found[-2].to_json(), "a_excess": found[-1].to_json(), "pixels": len(reference)}
 
 
 def _spread(squares: Float, truth: Float) -> tuple[float, float, float]:
@@ -79,23 +84,25 @@ def _with_intervals(facts: Callable[[Float], Float], reference: Float, sigma: Fl
 
 
 def sentence(flip: dict) -> str:
-    """What was measured, in words: "FLIP prefers A, rel_rmse prefers B: …"."""
+    """A flip and the pixels behind it in words, A and B standing for its two pictures."""
     facts = flip["pixels"]
-    a, b = flip["a_name"], flip["b_name"]
 
-    def percent(value: float) -> str:
-        return f"{100 * value:.2g} %" if value < 0.995 else "100 %"
+    def prefer(metrics: list[str], side: str) -> str:
+        return f"{', '.join(metrics)} {'prefers' if len(metrics) == 1 else 'prefer'} {side} ({flip[f'{side.lower()}_name']})"
 
-    def side(name: str, fact: dict) -> str:
+    def where(fact: dict) -> str:
         brightness = fact["brightness"]["value"]
-        known = [words for words, so in (("bright", brightness > CONTRAST), ("dark", brightness < 1 / CONTRAST)) if so]
-        where = f"{known[0]} parts" if known else "neither bright nor dark"
+        words = "highlights, " if brightness > CONTRAST else "dark parts, " if brightness < 1 / CONTRAST else ""
         return (
-            f"80 % of the squared error of {name} lies in {percent(fact['most_pixels']['value'])} of the pixels ({where}: "
-            f"{brightness:.2g} times the object's mean), {percent(fact['worst_share']['value'])} of it in the worst 1 %"
+            f"80 % in {_percent(fact['most_pixels']['value'])} of the pixels ({words}{brightness:.2g} times as bright as the "
+            f"object's mean) and {_percent(fact['worst_share']['value'])} in the worst 1 %"
         )
 
-    words = f"{', '.join(flip['prefer_a'])} prefer{'s' * (len(flip['prefer_a']) == 1)} {a}; "
-    words += f"{', '.join(flip['prefer_b'])} prefer{'s' * (len(flip['prefer_b']) == 1)} {b}. "
-    nearest = facts["a_nearer"]["value"]
-    return f"{words}{side(a, facts['a'])}; {side(b, facts['b'])}. {a} is nearer to the truth in {percent(nearest)} of the pixels."
+    return (
+        f"{prefer(flip['prefer_a'], 'A')}; {prefer(flip['prefer_b'], 'B')}. Of A's squared error {where(facts['a'])}; of B's "
+        f"{where(facts['b'])}. A is nearer to the truth in {_percent(facts['a_nearer']['value'])} of the pixels."
+    )
+
+
+def _percent(value: float) -> str:
+    return f"{100 * value:.2g} %" if value < 0.995 else "100 %"

@@ -23,12 +23,11 @@ def difference(metric: str, a: Pixels, b: Pixels, reference: Pixels, sigma: Pixe
     2 √Σ((a − b) σ)² over the number of values. For `rel_bias` it is that of the |mean errors|.
     """
     if metric == "rel_bias":
-        half = Z95 * _standard_error(sigma)
-        truths = [reference.mean() + k * half for k in (-1, 0, 1)] + [p for p in (a.mean(), b.mean())]
-        # |ā − r| − |b̄ − r| is straight between ā and b̄, and constant outside.
-        inside = [r for r in truths if abs(r - reference.mean()) <= half] or [reference.mean()]
-        ends = [abs(a.mean() - r) - abs(b.mean() - r) for r in inside]
-        return min(ends), max(ends)
+        mean, half = reference.mean(), Z95 * _standard_error(sigma)
+        # |ā − r| − |b̄ − r| is straight in the truth's mean r between ā and b̄, and constant outside.
+        bends = [p for p in (a.mean(), b.mean()) if abs(p - mean) < half]
+        ends = [abs(a.mean() - r) - abs(b.mean() - r) for r in (mean - half, mean + half, *bends)]
+        return float(min(ends)), float(max(ends))
     errors = {
         "rel_rmse": (metrics.squared_error, 2.0),
         "psnr": (metrics.squared_error, 2.0),

@@ -82,13 +82,15 @@ def _figures(plane: Plane, number: int, fronts: Sequence[Mapping], directory: Pa
            and (f["scene"], f["target"], f["environment"], *f["over"])
            == (plane.scene, plane.target, plane.environment, plane.x, plane.y)]  # fmt: skip
     if own:
+        axes = ", ".join(dict.fromkeys(AXES.get(name, name) for c in plane.contenders for name in c.at))
         best = {f["cost"]: [p["contender"] for p in f["points"] if p["on_front"]] for f in own}
         made.append(_save(
             fronts_figure(plane, own), directory, f"pareto-{number}",
             f"Accuracy against cost: {where}",
             "Relative RMSE against cost. On the front: " + "; ".join(f"{COSTS[k]}: {', '.join(v)}" for k, v in best.items()),
             f"Root mean square over the {own[0]['cells']} cells that all have; bars are 95 % intervals, of times those of the "
-            "mean over these cells. Line: the front. Hollow: beaten in both.",
+            "mean over these cells. Line: the front. Hollow: beaten in both."
+            + (f" Numbers: {axes}." if axes else ""),
         ))  # fmt: skip
     return made
 
@@ -135,7 +137,7 @@ def _contour(axes: Any, plane: Plane, one: Contender, levels: Float) -> Any:
 def winners(plane: Plane) -> Any:
     """A panel a slice: the best contender's colour, hatched where undecided, and the crossovers with their intervals."""
     slices = [values for values in plane.slices if len(plane.at(values)) > 1]
-    figure = style.figure(1.0 + 3.4 * len(slices), 4.4)
+    figure = style.figure(max(1.0 + 3.4 * len(slices), 6.4), 4.4)
     techniques = list(dict.fromkeys(c.technique for c in plane.contenders))
     colours = {t: style.SERIES[k % len(style.SERIES)] for k, t in enumerate(techniques)}
     grid = figure.subplots(1, len(slices), squeeze=False, sharey=True)[0]
@@ -215,7 +217,7 @@ def fronts_figure(plane: Plane, fronts: Sequence[Mapping]) -> Any:
             colour = colours[p["technique"]]
             axes.errorbar(x["value"], 100 * y["value"], xerr=bars[0], yerr=100 * np.array(bars[1]), fmt="o", color=colour,
                           markerfacecolor=colour if p["on_front"] else "white", capsize=2, linewidth=1)  # fmt: skip
-            own = p["contender"].removeprefix(p["technique"]).lstrip(", ")
+            own = ", ".join(f"{value:g}" for value in p["at"].values())
             axes.annotate(_plain(own), (x["value"], 100 * y["value"]), xytext=(4, 4), textcoords="offset points", fontsize=7,
                           color=colour)  # fmt: skip
         front = sorted((p[name]["value"], 100 * p["rel_rmse"]["value"]) for p in points if p["on_front"])
