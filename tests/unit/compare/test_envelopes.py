@@ -148,6 +148,8 @@ def test_accuracy_over_a_plane_and_its_interval():
     assert metric.value == pytest.approx(math.sqrt(0.0025 / 2))
     up = math.hypot(0.0009 * 0.21, 0.0016 * 0.21) / 2
     assert metric.ci95[1] == pytest.approx(math.sqrt(0.00125 + up))
+    down = math.hypot(0.0009 * 0.19, 0.0016 * 0.19) / 2
+    assert metric.ci95[0] == pytest.approx(math.sqrt(0.00125 - down))
 
 
 def test_cost_is_a_mean_with_students_interval():

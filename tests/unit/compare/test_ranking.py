@@ -111,6 +111,7 @@ def test_more_is_better_for_ssim_and_psnr_and_bias_counts_by_size():
     (group,) = ranking.groups(cells)
     for ranks in ranking.rank(group)["ranks"].values():
         assert ranks == {"a": [1, 1], "b": [2, 2], "c": [3, 3]}
+    assert [ranking.score(c, "rel_bias") for c in cells] == [(0.001, 0.0, 0.012), (0.2, 0.19, 0.21), (0.3, 0.29, 0.31)]
 
 
 def test_only_cells_of_one_reference_are_ranked():
