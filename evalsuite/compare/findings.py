@@ -94,6 +94,7 @@ def _rankings(cells: Sequence[dict], files: Mapping[str, Mapping[str, Path]]) ->
         for group, flip in sorted(zip(ranked, row, strict=True), key=lambda p: -p[1]["strength"] if p[1] else 0.0)
         if flip
     ]
+    flips.sort(key=lambda flip: flip["strength"] == 0.0)  # what rests on the bias alone comes last
     for flip in flips[:FLIPS_LOOKED_AT]:
         own = pictures[flip["reference_id"]]
         flip["pixels"] = disagreement.behind(own.image(flip["a"]), own.image(flip["b"]), own.reference, own.sigma)

@@ -114,6 +114,17 @@ def test_more_is_better_for_ssim_and_psnr_and_bias_counts_by_size():
     assert [ranking.score(c, "rel_bias") for c in cells] == [(0.001, 0.0, 0.012), (0.2, 0.19, 0.21), (0.3, 0.29, 0.31)]
 
 
+def test_a_flip_that_rests_on_the_bias_alone_has_no_strength():
+    def exact(**values):
+        return {n: metric(v, v, v) for n, v in values.items()}
+
+    cells = made_up(mae=exact(a=1, b=2, c=3), rel_bias=exact(a=0.2, b=1e-6, c=0.3), flip=exact(a=0.3, b=0.3, c=0.1))
+    (group,) = ranking.groups(cells)
+    flips = {(f["a"], f["b"]): f for f in ranking.rank(group)["flips"]}
+    assert flips["a", "b"]["strength"] == 0.0 and flips["a", "b"]["prefer_b"] == ["rel_bias"]
+    assert flips["a", "c"]["strength"] == pytest.approx(np.log(3))
+
+
 def test_only_cells_of_one_reference_are_ranked():
     cells = made_up(mae={n: metric(1, 1, 1) for n in "abc"})
     cells[0]["reference_id"], cells[1]["status"] = "other", "failed"
