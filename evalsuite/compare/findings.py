@@ -97,6 +97,8 @@ def _rankings(cells: Sequence[dict], files: Mapping[str, Mapping[str, Path]]) ->
     flips.sort(key=lambda flip: flip["strength"] == 0.0)  # what rests on the bias alone comes last
     for flip in flips[:FLIPS_LOOKED_AT]:
         own = pictures[flip["reference_id"]]
+        if not own.mask.any():  # no pixel that counts for all of them
+            continue
         flip["pixels"] = disagreement.behind(own.image(flip["a"]), own.image(flip["b"]), own.reference, own.sigma)
         flip["text"] = disagreement.sentence(flip)
     kendall = ranking.kendall(ranked)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evalsuite.compare import metrics
+from evalsuite.compare.error_map import ROUNDING
 from evalsuite.compare.statistics import Z95, _standard_error, extrapolated
 
 Pixels = NDArray[np.float64]
@@ -20,8 +21,11 @@ def difference(metric: str, a: Pixels, b: Pixels, reference: Pixels, sigma: Pixe
     a, b: pictures free of noise; reference: their common one, sigma its standard error; all (P, 3), the pixels scored. For
     `rel_rmse` and `psnr` the difference is that of `mse`, which orders pictures as they do (less is better for both). There it is
     **mean (a − R)² − (b − R)² = mean (a − b)(a + b − 2R)**, linear in R: no bias to remove, and standard deviation
-    2 √Σ((a − b) σ)² over the number of values. For `rel_bias` it is that of the |mean errors|.
+    2 √Σ((a − b) σ)² over the number of values. For `rel_bias` it is that of the |mean errors|. (0, 0) for pictures that are the
+    same but for the rounding of floats.
     """
+    if np.abs(a - b).max() <= 4 * ROUNDING * np.abs(reference).mean():
+        return 0.0, 0.0
     if metric == "rel_bias":
         mean, half = reference.mean(), Z95 * _standard_error(sigma)
         # |ā − r| − |b̄ − r| is straight in the truth's mean r between ā and b̄, and constant outside.

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
+from evalsuite.compare.error_map import ROUNDING
+
 #: Metrics that rank: name in results.json → whether less of it is better. `mse`, `rmse` and `rel_rmse` rank alike, as does
 #: `psnr`, which is the logarithm of the first; `rel_bias` counts by its magnitude.
 METRICS: Mapping[str, bool] = {
@@ -66,10 +68,14 @@ def score(cell: Mapping, metric: str) -> tuple[float, float, float] | None:
 
 
 def decide(group: Group, metric: str, a: str, b: str, paired: Paired | None = None) -> int:
-    """−1 where cell a is better than b by this metric, 1 where b is, 0 where the intervals leave it open.
+    """−1 where cell a is better than b by this metric, 1 where b is, 0 where the intervals leave it open, or where both are off
+    by no more than floats are rounded (`rel_rmse` up to `ROUNDING`).
 
     Intervals apart decide. Where they overlap, that of the paired difference does: the two share a reference, whose noise moves
     both alike."""
+    exact = [score(group.cells[i], "rel_rmse") for i in (a, b)]
+    if all(one is not None and one[2] <= ROUNDING for one in exact):
+        return 0
     first, second = score(group.cells[a], metric), score(group.cells[b], metric)
     if first is None or second is None:
         return 0

@@ -94,6 +94,12 @@ def test_overlapping_intervals_tie():
     assert ranking.rank(group, closer)["ranks"]["mae"] == {"a": [1, 1], "b": [2, 2], "c": [3, 3]}
 
 
+def test_pictures_off_by_rounding_alone_tie():
+    tiny = {n: metric(v, v, v) for n, v in {"a": 1e-7, "b": 2e-7, "c": 1e-3}.items()}
+    (group,) = ranking.groups(made_up(rel_rmse=tiny, mae=tiny))
+    assert ranking.rank(group)["ranks"]["mae"] == {"a": [1, 2], "b": [1, 2], "c": [3, 3]}
+
+
 def test_tau_says_what_undecided_pairs_leave_open():
     wide = {n: metric(v, v - 9, v + 9) for n, v in {"a": 1, "b": 2, "c": 3}.items()}
     sharp = {n: metric(v, v, v) for n, v in {"a": 3, "b": 2, "c": 1}.items()}
@@ -182,8 +188,8 @@ def test_identical_pictures_tie():
     _, reference, noise = scene()
     flat = reference.reshape(-1, 3)
     for name in ("rel_rmse", "mae", "rel_bias"):
-        low, high = paired.difference(name, flat + 0.1, flat + 0.1, flat, noise.reshape(-1, 3))
-        assert low <= 0 <= high
+        for rounding in (1.0, 1.0 + 1e-7):
+            assert paired.difference(name, flat * 1.1, flat * 1.1 * rounding, flat, noise.reshape(-1, 3)) == (0.0, 0.0)
     assert paired.difference("flip", flat, flat, flat, flat) is None
 
 
