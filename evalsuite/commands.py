@@ -40,6 +40,7 @@ def run_report(
     console: Console,
 ) -> dict:
     """Make the cells, write results.json and the page into `directory`; returns the results."""
+    from evalsuite.compare.findings import findings
     from evalsuite.report import page
 
     store_results.prepare(directory)
@@ -61,7 +62,8 @@ def run_report(
     for cell in kept.values():
         files = {name: directory / path for name, path in cell["images"].items()}
         fresh[cell["id"]] = (cell, files)
-    results = store_results.write(directory, header, [fresh[cell.id] for cell in cells])
+    made = [fresh[cell.id] for cell in cells]
+    results = store_results.write(directory, header | findings(made), made)
     page.write(results, directory)
     return results
 
