@@ -187,7 +187,7 @@ def run(
         return
     from evalsuite.pipeline import Settings
 
-    settings = Settings(error, cap or usual, _size(size), seed, repair_env)
+    settings = Settings(error, cap or usual, _size(size) or definition.size, seed, repair_env)
     results = run_report(
         definition,
         cells,
@@ -504,6 +504,7 @@ def env_list(as_json: Json = False) -> None:
     from evalsuite.scene import builtin
 
     rows = [{k: str(v) for k, v in row.items()} for row in builtin.list_environments()]
+    rows += [{"name": k, "path": "", "source": "built-in", "description": v} for k, v in builtin.FAMILIES.items()]
     _print_json(rows) if as_json else _print_table(rows, ["name", "source", "description"])
 
 

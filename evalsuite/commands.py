@@ -42,6 +42,7 @@ def run_report(
     console: Console,
 ) -> dict:
     """Make the cells, write results.json and the page into `directory`; returns the results."""
+    from evalsuite.compare.findings import findings
     from evalsuite.report import page
 
     store_results.prepare(directory)
@@ -66,7 +67,7 @@ def run_report(
             "host": run.host() | {"git": _git()},
             "comparisons": comparisons,
         }
-    results = store_results.write(directory, header, made)
+    results = store_results.write(directory, header | findings(made), made)
     page.write(results, directory)
     return results
 

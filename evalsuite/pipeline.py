@@ -137,6 +137,7 @@ class Run(Steps):
         reference, reference_meta, reference_cached, reference_key = self.reference(
             source, cell.target, self.settings.seed, DecompositionSettings.of(parameters)
         )
+        result["reference_id"] = reference_key[:16]  # cells with the same have the very same reference
         result["all_parameters"] = image_meta["parameters"] | dict.fromkeys(kept, "the scene's own bitmap") | dict(cell.defines)
         result["mapping"], result["fit"] = image_meta["mapping"], image_meta["fit"]
         result["notes"] += image_meta["notes"]

@@ -106,6 +106,7 @@ class Report:
     title: str
     description: str
     groups: tuple[Group, ...]
+    size: tuple[int, int] | None = None  # of the pictures; None: each scene's own
 
 
 @dataclass(frozen=True)
@@ -173,10 +174,14 @@ def load_report(name: str) -> Report:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise EvalsuiteError(path, str(error), "a TOML report definition", "mend the file there") from error
-    strange = set(data) - {"title", "description", "group"}
+    strange = set(data) - {"title", "description", "size", "group"}
     if strange or not isinstance(data.get("group"), list):
         got = f"unknown key '{sorted(strange)[0]}'" if strange else "no [[group]]"
-        raise EvalsuiteError(path, got, "title, description and [[group]] tables")
+        raise EvalsuiteError(path, got, "title, description, size and [[group]] tables")
+    size = data.get("size")
+    whole = isinstance(size, list) and len(size) == 2 and all(type(n) is int and 1 <= n <= 16384 for n in size)
+    if size is not None and not whole:
+        raise EvalsuiteError(f"{path}, size", repr(size), "[width, height] in pixels, 1 to 16384 each")
     groups = []
     for number, table in enumerate(data["group"], 1):
         where = f"{path} [[group]] {number}"
@@ -203,7 +208,8 @@ def load_report(name: str) -> Report:
                 parameters={k: tuple(v) if isinstance(v, list) else (v,) for k, v in parameters.items()},
             )
         )
-    return Report(path.stem, str(data.get("title", path.stem)), str(data.get("description", "")), tuple(groups))
+    title, description = str(data.get("title", path.stem)), str(data.get("description", ""))
+    return Report(path.stem, title, description, tuple(groups), tuple(size) if size else None)
 
 
 def _matching(patterns: Sequence[str]) -> list[str]:

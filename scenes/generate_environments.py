@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from evalsuite.math.band_noise import band_noise
 from evalsuite.math.sphere import latlong_directions, latlong_solid_angles, latlong_to_direction
 
 HERE = Path(__file__).resolve().parent
@@ -207,11 +208,18 @@ GENERATORS: dict[str, Generator] = {
 }
 
 
+def generator_of(name: str) -> Generator:
+    """That of a shipped environment, or of the family `band-ℓ`."""
+    if name.startswith("band-"):
+        return Generator(lambda: grey(band_noise(int(name.removeprefix("band-")))), half=False)
+    return GENERATORS[name]
+
+
 def make(name: str, file: Path) -> None:
     """Build the environment `name` and write it to `file` (EXR). The pole rows carry one value each: they are one point."""
     import OpenEXR
 
-    generator = GENERATORS[name]
+    generator = generator_of(name)
     radiance = generator.build()
     radiance[[0, -1]] = radiance[[0, -1]].mean(1, keepdims=True)
     pixels = np.ascontiguousarray(radiance, dtype=np.float16 if generator.half else np.float32)

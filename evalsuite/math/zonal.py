@@ -33,7 +33,7 @@ def phong_degree(exponent: float, tail: float = 1e-8) -> int:
     return max(64, int(np.ceil(np.sqrt(-2.0 * (exponent + 1.0) * np.log(tail)))))
 
 
-def _legendre(cosine: Float, sine: Float, degree: int) -> Iterator[Float]:
+def legendre(cosine: Float, sine: Float, degree: int) -> Iterator[Float]:
     """For m = 0 … degree the (degree − m + 1, P) values for l = m … degree of P̄_lm, normalised so that
     P̄_lm(cos θ) e^{imφ} is orthonormal on the sphere."""
     sectoral = np.full_like(cosine, np.sqrt(1.0 / (4.0 * np.pi)))
@@ -75,7 +75,7 @@ def _orders(radiance: Float, bands: Float, theta_out: Float) -> Iterator[NDArray
     spectrum = np.fft.fft(rows, axis=1)[:, m % width] * (2.0 * np.pi / width)
     spectrum *= (np.sinc(m / width) ** 2 * np.exp(-1j * np.pi * m / width))[:, None]
     weighted = weights[:, None, None] * spectrum
-    both = zip(_legendre(np.cos(theta), np.sin(theta), degree), _legendre(np.cos(theta_out), np.sin(theta_out), degree),
+    both = zip(legendre(np.cos(theta), np.sin(theta), degree), legendre(np.cos(theta_out), np.sin(theta_out), degree),
                strict=True)  # fmt: skip
     for order, (analysis, synthesis) in enumerate(both):
         yield synthesis.T @ (bands[order:, None] * (analysis @ weighted[:, order]))

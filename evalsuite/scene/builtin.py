@@ -27,6 +27,12 @@ ENVIRONMENTS: dict[str, str] = {
     "cathedral": "dark nave with candles, small bright lamps and stained glass, path-traced from a model",
 }
 
+#: Families of environments that are made when first asked for: pattern of the name → description.
+FAMILIES: dict[str, str] = {
+    "band-ℓ": "noise of the one spherical-harmonic degree ℓ, 1 … 64 (wavelength 360°/ℓ), mean 1, contrast 0.2; made on demand",
+}
+LARGEST_BAND = 64
+
 MAP_SUFFIXES = (".exr", ".hdr")
 
 _BLENDER_MAPS = "datafiles/studiolights/world"
@@ -94,17 +100,46 @@ def list_environments() -> list[dict[str, str]]:
 
 
 def environment_path(name_or_path: str | Path) -> Path:
-    """The map of an environment's name (built in, `blender:<name>`, or found in $EVALSUITE_ENV_PATH), or the given path.
+    """The map of an environment's name (built in, `band-ℓ`, `blender:<name>`, or found in $EVALSUITE_ENV_PATH), or the given
+    path. A map of a family is made in the user's cache when first asked for.
 
     Raises EvalsuiteError if there is none.
     """
+    if (degree := band_degree(os.fspath(name_or_path))) is not None:
+        return _made_on_demand(f"band-{degree}")
     names = {environment["name"]: Path(environment["path"]) for environment in list_environments()}
     return _resolve(name_or_path, names, "environment", MAP_SUFFIXES, "`evalsuite env list`")
 
 
+def band_degree(name: str) -> int | None:
+    """Degree ℓ of the environment `band-ℓ`; None for other names. Raises EvalsuiteError for a degree that there is not."""
+    found = re.fullmatch(r"band-([^./\\\s]*)", name)
+    if not found:
+        return None
+    if not re.fullmatch(r"[1-9]\d?", found[1]) or int(found[1]) > LARGEST_BAND:
+        expected = f"a degree from 1 to {LARGEST_BAND}, as band-16"
+        raise EvalsuiteError(f"environment '{name}'", f"'{found[1]}'", expected, "choose one")
+    return int(found[1])
+
+
+def _made_on_demand(name: str) -> Path:
+    """The map of a family, in the user's cache, under the hash of the code that makes it."""
+    from evalsuite.image.files import replacing
+    from evalsuite.store.cache import cache_directory, digest, file_digest, source_digest
+
+    code = source_digest("math/band_noise.py", "math/sphere.py", "math/zonal.py")
+    key = digest([file_digest(scenes_directory() / "generate_environments.py"), code])
+    path = cache_directory() / "environments" / key[:12] / f"{name}.exr"
+    if not path.is_file():
+        with replacing(path) as temporary:
+            make_environment(name, temporary)
+    return path
+
+
 def make_environment(name: str, file: Path) -> None:
-    """Build a built-in environment anew and write it to `file` (EXR). Raises EvalsuiteError for an unknown name."""
-    if name not in ENVIRONMENTS:
+    """Build a built-in environment, or one of a family, anew and write it to `file` (EXR). Raises EvalsuiteError for an unknown
+    name."""
+    if name not in ENVIRONMENTS and band_degree(name) is None:
         raise _unknown(name, ENVIRONMENTS, "environment", "a built-in environment's name", "`evalsuite env list`")
     source = scenes_directory() / "generate_environments.py"
     spec = importlib.util.spec_from_file_location("evalsuite_generate_environments", source)

@@ -6,6 +6,8 @@ from typing import Any
 
 #: One colour a map, told apart also by those who do not see red or green as others do (Okabe and Ito 2008).
 COLOURS = {"sphere": "#D55E00", "cube": "#0072B2", "paraboloid": "#009E73"}
+#: Techniques side by side, in turn (Okabe and Ito 2008).
+SERIES = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442", "#000000")
 THEORY = {"color": "0.25", "linewidth": 1.0, "linestyle": (0, (4, 2))}
 
 
