@@ -65,7 +65,7 @@ def compare_cell(
         "mask": mask.astype(np.float32),
     }
     if surfaces is not None:
-        truth = Noisy(reference.astype(np.float64), standard_error.astype(np.float64), (a.astype(np.float64) - b) / 2)
+        truth = Noisy(reference.astype(np.float64), standard_error.astype(np.float64), (a.astype(np.float64) - b) / 2, measured=True)
         picture = noisy_picture(image.astype(np.float64), own_noise, seed=1)
         found, maps["regions"] = located(picture, truth, mask, surfaces)
         meta |= found

@@ -46,7 +46,7 @@ def noisy(mean, relative=0.02, seed=0):
     rng = np.random.default_rng(seed)
     sigma = relative * np.ones_like(mean)
     a, b = (mean + np.sqrt(2) * sigma * rng.standard_normal((*mean.shape[:2], 1)) for _ in range(2))
-    return Noisy((a + b) / 2, sigma, (a - b) / 2)
+    return Noisy((a + b) / 2, sigma, (a - b) / 2, measured=True)
 
 
 def exact(mean):

@@ -41,7 +41,7 @@ def located(image, reference, sigma, halves, mask):
     y, x = (np.indices((size, size)) - (size - 1) / 2) / (0.42 * size)
     n = np.stack([x, -y, np.sqrt(np.clip(1 - x**2 - y**2, 0, 1))], -1).astype(np.float32)
     seen = Surfaces(n, n, np.zeros((size, size), np.int32), np.array([0.0, 0.0, 1e6]), np.zeros((size, size), bool))
-    truth = Noisy(reference, sigma, (halves[0] - halves[1]) / 2)
+    truth = Noisy(reference, sigma, (halves[0] - halves[1]) / 2, measured=True)
     return where.located(noisy_picture(image, None, 1), truth, mask, seen)
 
 
