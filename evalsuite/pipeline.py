@@ -9,9 +9,10 @@ from __future__ import annotations
 import os
 import shlex
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 from evalsuite import surroundings
@@ -20,6 +21,7 @@ from evalsuite.gpu import registry
 from evalsuite.gpu.plan import cannot_stand_for
 from evalsuite.gpu.techniques.base import LOOKUP, Technique
 from evalsuite.image.color import luminance
+from evalsuite.ledger import LIFTED, truths
 from evalsuite.lights.model import DecompositionSettings
 from evalsuite.plan import NEAR_FIELD, Cell, usual_cap
 from evalsuite.scene import builtin
@@ -181,35 +183,43 @@ class Run(Steps):
         result["notes"] += meta["notes"]
         files |= {name: place / f"{name}.exr" for name in ("error", "relative", "zscore", "flip", "mask", "regions")}
         result["status"] = "scored"
-        chain = technique.chain(image_meta["parameters"])
-        if chain and chain[0][0] == cell.target:
-            self._split(technique, chain, source, parameters, (image, image_key), result, files)
+        if self.settings.ledger:
+            self._ledger(technique, cell.target, source, image_meta["parameters"], (image, image_key), result, files)
 
-    def _split(
+    def _ledger(
         self,
         technique: Technique,
-        chain: Sequence[tuple[str, str]],
+        target: str,
         source: SceneSource,
         parameters: Mapping,
         image: tuple[Path, str],
         result: dict,
         files: dict[str, Path],
     ) -> None:
-        """The cell's error by cause, along the technique's chain of truths."""
-        settings, references = DecompositionSettings.of(parameters), []
-        for target, _ in chain:
-            folder, meta, _, key = self.reference(source, target, self.settings.seed, settings)
+        """The cell's error by cause, from its target down to the picture. parameters: all of the technique's."""
+        causes: list[str] = []
+        lifted = None
+        if technique.lifted(parameters) and "unoccluded" in {name for name, _ in truths(technique, target, parameters, True)}:
+            folder, meta, key = self.lifted(source, technique, parameters, image[1])
+            causes, lifted = meta["causes"], (folder, key) if meta["causes"] else None
+            result["notes"] += [f"Ledger: {meta['note']}"] if meta["note"] else []
+        chain, references = truths(technique, target, parameters, bool(causes)), []
+        if not chain:
+            return
+        for name, _ in chain:
+            folder, meta, _, key = self.reference(source, name, self.settings.seed, DecompositionSettings.of(parameters))
             references.append((folder, key))
-            if meta["capped"] and target != chain[0][0]:
-                result["warnings"].append(f"the reference of {target} stopped at the cap, at {meta['reached_error']:.2%}")
-        place, meta = self.chain(image, references, self.seen(source).coverage)
-        ends = [*(target for target, _ in chain[1:]), technique.id]
+            if meta["capped"] and name != target:
+                result["warnings"].append(f"the reference of {name} stopped at the cap, at {meta['reached_error']:.2%}")
+        place, meta = self.chain(image, references, self.seen(source).coverage, lifted)
+        names = [*(name for name, _ in chain), *(LIFTED.get(cause, cause) for cause in reversed(causes)), technique.id]
+        rungs = [*(cause for _, cause in chain), *reversed(causes)]
         result["ledger"] = [
-            {"rung": cause, "from": target, "to": end, **rung}
-            for (target, cause), end, rung in zip(chain, ends, meta["rungs"], strict=True)
+            {"rung": cause, "from": start, "to": end, **rung}
+            for cause, (start, end), rung in zip(rungs, pairwise(names), meta["rungs"], strict=True)
         ]
         result |= {"ledger_total": meta["total"], "ledger_closure": meta["closure"]}
-        files |= {f"rung-{k}": place / f"rung-{k}.exr" for k in range(len(ends))}
+        files |= {f"rung-{k}": place / f"rung-{k}.exr" for k in range(len(rungs))}
 
 
 def reproduce(cell: Cell, settings: Settings) -> str:

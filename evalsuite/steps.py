@@ -50,6 +50,7 @@ class Settings:
     seed: int = 0
     repair_environment: bool = False
     supersample: int = SUPERSAMPLE
+    ledger: bool = True
 
 
 @dataclass
@@ -348,14 +349,43 @@ class Steps:
         place, meta, _ = self.once("comparison", key, make)
         return place, meta
 
-    def chain(self, image: tuple[Path, str], references: Sequence[tuple[Path, str]], coverage: np.ndarray) -> tuple[Path, dict]:
-        """An image's error split along references from full truth downwards: shares of each rung, rung-<k>.exr."""
-        keys = [key for _, key in references]
+    def lifted(self, source: SceneSource, technique: Technique, parameters: Mapping, image_key: str) -> tuple[Path, dict, str]:
+        """An image's assumptions given up one by one: lifted.npz; meta: causes and a note. parameters: all of them."""
+        code = [file_digest(path) for path in module_files(PACKAGE / "gpu" / "lifted.py")]
+        key = digest([image_key, code, source_digest("math"), package_versions("scipy")])
+
+        def make() -> tuple[Path, dict]:
+            self.progress.step(f"assumptions of {technique.id} in {source.path.stem}")
+            found = self.workers.formulas.call(
+                "evalsuite.gpu.worker:lifted", self.model(source), technique.name, dict(parameters), self.settings.supersample
+            )
+
+            def fill(folder: Path) -> None:
+                swapped = {} if found.swapped is None else {"swapped": found.swapped.astype(np.float32)}
+                images = np.array(found.images, np.float32)
+                np.savez_compressed(folder / "lifted.npz", images=images, tolerances=np.array(found.tolerances), **swapped)
+
+            return self.store.put("lifted", key, {"causes": list(found.causes), "note": found.note}, fill)
+
+        return (*self.once("lifted", key, make)[:2], key)
+
+    def chain(
+        self,
+        image: tuple[Path, str],
+        references: Sequence[tuple[Path, str]],
+        coverage: np.ndarray,
+        lifted: tuple[Path, str] | None = None,
+    ) -> tuple[Path, dict]:
+        """An image's error split along references from full truth downwards and its lifted assumptions: shares of each rung,
+        rung-<k>.exr."""
+        keys = [*(key for _, key in references), lifted and lifted[1]]
         key = digest([image[1], keys, coverage, source_digest("compare"), package_versions("numpy")])
 
         def make() -> tuple[Path, dict]:
             folders = [str(folder) for folder, _ in references]
-            result = self.workers.compare.call("evalsuite.compare.cell:split_cell", str(image[0]), folders, coverage)
+            result = self.workers.compare.call(
+                "evalsuite.compare.cell:split_cell", str(image[0]), folders, coverage, lifted and str(lifted[0])
+            )
 
             def fill(folder: Path) -> None:
                 for name, picture in result["images"].items():

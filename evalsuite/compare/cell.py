@@ -65,41 +65,64 @@ def compare_cell(
         "mask": mask.astype(np.float32),
     }
     if surfaces is not None:
-        truth = Noisy(reference.astype(np.float64), standard_error.astype(np.float64), (a.astype(np.float64) - b) / 2, measured=True)
+        spread = (a.astype(np.float64) - b) / 2
+        truth = Noisy(reference.astype(np.float64), standard_error.astype(np.float64), spread, measured=True)
         picture = noisy_picture(image.astype(np.float64), own_noise, seed=1)
         found, maps["regions"] = located(picture, truth, mask, surfaces)
         meta |= found
     return {"meta": meta, "images": maps}
 
 
-def split_cell(image_folder: str, reference_folders: list[str], coverage: NDArray[np.float32]) -> dict:
-    """The error of an image entry split along a chain of reference entries, from full truth to what is nearest to the image.
-    coverage: as for `compare_cell`. Returns {"meta": {"rungs", "total", "closure"}, "images": {"rung-<k>": difference}}."""
+def split_cell(
+    image_folder: str, reference_folders: list[str], coverage: NDArray[np.float32], lifted_folder: str | None = None
+) -> dict:
+    """The error of an image entry split along a chain: reference entries from full truth downwards, then, where there are any,
+    the technique's pictures with ever fewer of its assumptions lifted, then the image. coverage: as for `compare_cell`.
+
+    Returns {"meta": {"rungs", "total", "closure"}, "images": {"rung-<k>": difference}}. A rung whose assumption can also be
+    given up in another order has its share there as "other_order"."""
     image_folder = Path(image_folder)
     with np.load(image_folder / "scored.npz") as data:
         mask = whole_pixels(np.minimum(data["scored"], coverage))
     image, noise = exr.read(image_folder / "image.exr"), image_folder / "standard_error.exr"
-    own = exr.read(noise)[mask] if noise.exists() else None
+    own = noisy_picture(image.astype(np.float64), exr.read(noise).astype(np.float64) if noise.exists() else None, seed=1)[mask]
     means, steps = [], []
     for folder in map(Path, reference_folders):
         with np.load(folder / "halves.npz") as halves:
             a, b = halves["a"], halves["b"]
         means.append(0.5 * (a.astype(np.float64) + b))
         steps.append(chain.Step.of((a[mask], b[mask]), exr.read(folder / "standard_error.exr")[mask]))
-    found = chain.split([*steps, chain.Step.drawn(image[mask], own)])
+    drawn = chain.Step(own.mean, own.standard_error, own.noise, own.measured)
+    rungs, swapped = len(steps), None
+    if lifted_folder is not None:
+        with np.load(Path(lifted_folder) / "lifted.npz") as lifted:
+            pictures = list(zip(lifted["images"], lifted["tolerances"], strict=True))[::-1]
+            means += [picture.astype(np.float64) for picture, _ in pictures]
+            steps += [chain.Step.computed(picture[mask], float(tolerance)) for picture, tolerance in pictures]
+            if "swapped" in lifted:
+                swapped = chain.Step.computed(lifted["swapped"][mask], float(pictures[0][1]))
+    found = chain.split([*steps, drawn])
+    shares = [_rung(rung, found.total) for rung in found.rungs]
+    if swapped is not None:
+        # … exact lobe → exact lobe on the technique's own texels → its formula …
+        other = chain.split([*steps[: rungs + 1], swapped, *steps[rungs + 2 :], drawn])
+        shares[rungs + 1]["other_order"] = _rung(other.rungs[rungs], found.total)
+        shares[rungs]["other_order"] = _rung(other.rungs[rungs + 1], found.total)
     means.append(image.astype(np.float64))
-    rungs = [
-        {
-            "value": rung.share.value,
-            "ci95": rung.share.to_json()["ci95"],
-            "fraction": rung.fraction,
-            "rel_rmse": rung.rel_rmse.to_json(),
-            "rel_bias": rung.rel_bias.to_json(),
-        }
-        for rung in found.rungs
-    ]
     images = {f"rung-{k}": (end - start).astype(np.float32) for k, (start, end) in enumerate(pairwise(means))}
-    return {"meta": {"rungs": rungs, "total": found.total, "closure": found.closure}, "images": images}
+    return {"meta": {"rungs": shares, "total": found.total, "closure": found.closure}, "images": images}
+
+
+def _rung(rung: chain.Rung, total: float) -> dict:
+    share = rung.share.to_json()
+    ends = [end / total if total > 0 and end is not None else None for end in share["ci95"]]
+    return {
+        **share,
+        "fraction": rung.fraction if total > 0 else None,
+        "fraction_ci95": ends,
+        "rel_rmse": rung.rel_rmse.to_json(),
+        "rel_bias": rung.rel_bias.to_json(),
+    }
 
 
 def rank_cells(files: Mapping[str, Mapping[str, Path]], confidence: float) -> dict:

@@ -32,12 +32,14 @@ Float = NDArray[np.float64]
 @dataclass(frozen=True, eq=False)
 class Step:
     """One picture of a chain, its pixels in the mask (P, 3), its standard error, and a further realisation of its noise, which
-    two halves have measured (their mean is the picture) or the standard error made up."""
+    two halves have measured (their mean is the picture) or the standard error made up. tolerance: what its own numerics leave
+    open, in the picture's unit (P, 3) or 0; intervals are widened by it, as by an error that has one sign everywhere."""
 
     mean: Float
     standard_error: Float
     noise: Float
     measured: bool
+    tolerance: Float | float = 0.0
 
     @classmethod
     def of(cls, halves: tuple[NDArray, NDArray], standard_error: NDArray) -> Step:
@@ -52,6 +54,12 @@ class Step:
         sigma = np.zeros_like(image) if standard_error is None else np.asarray(standard_error, np.float64)
         sign = np.random.default_rng(1).integers(0, 2, len(image)) * 2.0 - 1.0
         return cls(image, sigma, sigma * sign[:, None], False)
+
+    @classmethod
+    def computed(cls, image: NDArray, tolerance: float) -> Step:
+        """A picture without noise. tolerance: relative to each value."""
+        image = np.asarray(image, np.float64)
+        return cls(image, np.zeros_like(image), np.zeros_like(image), True, tolerance * np.abs(image))
 
     def __sub__(self, other: Step) -> Noisy:
         sigma = np.hypot(self.standard_error, other.standard_error)
@@ -91,18 +99,24 @@ def split(steps: Sequence[Step]) -> Chain:
     for start, end in pairwise(steps):
         rung = end - start
         product = rung.complex * error.complex
-        half = Z95 * standard_error(product.imag, rung.measured and error.measured)
+        open_to = start.tolerance + end.tolerance + np.zeros_like(error.mean)
+        half = Z95 * standard_error(product.imag, rung.measured and error.measured) + float((open_to * np.abs(error.mean)).mean())
         share = float(product.real.mean())
         rungs.append(
             Rung(
                 Metric(share, (share - half, share + half)),
                 share / total if total else 0.0,
-                _relative_rms(rung, mean),
-                _relative_bias(rung, mean),
+                _widened(_relative_rms(rung, mean), float(np.sqrt(np.square(open_to).mean())), mean).within(0.0),
+                _widened(_relative_bias(rung, mean), float(open_to.mean()), mean),
             )
         )
     missing = total - sum(rung.share.value for rung in rungs)
     return Chain(tuple(rungs), total, abs(missing) / abs(total) if total else abs(missing))
+
+
+def _widened(metric: Metric, by: float, mean: float) -> Metric:
+    by = by / mean if mean > 0 else 0.0
+    return Metric(metric.value, (metric.ci95[0] - by, metric.ci95[1] + by))
 
 
 def _relative_rms(rung: Noisy, mean: float) -> Metric:

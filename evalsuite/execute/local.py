@@ -166,10 +166,11 @@ class _importable_main:
 
 
 class Workers:
-    """The lanes of a run: one for OpenGL, one for Mitsuba (both use all cores by themselves), `jobs` for comparisons."""
+    """The lanes of a run: one for OpenGL, one for Mitsuba (both use all cores by themselves), one for techniques' formulas in
+    float64, `jobs` for comparisons."""
 
     def __init__(self, jobs: int | None = None) -> None:
-        self.gpu, self.reference = Lane("gpu"), Lane("reference")
+        self.gpu, self.reference, self.formulas = Lane("gpu"), Lane("reference"), Lane("formulas")
         self._compare = [Lane(f"compare-{k}") for k in range(max(1, jobs or os.cpu_count() or 1))]
         self._next, self._lock = 0, threading.Lock()
 
@@ -181,7 +182,7 @@ class Workers:
             return self._compare[self._next]
 
     def close(self) -> None:
-        for lane in (self.gpu, self.reference, *self._compare):
+        for lane in (self.gpu, self.reference, self.formulas, *self._compare):
             lane.close()
 
     def __enter__(self) -> Workers:

@@ -13,7 +13,7 @@ import numpy as np
 
 from evalsuite.errors import EvalsuiteError
 from evalsuite.gpu.techniques import common
-from evalsuite.gpu.techniques.base import Float, Frame, Parameter, Prepared, Settings, StandsFor, Technique
+from evalsuite.gpu.techniques.base import SAMPLING, Float, Frame, Parameter, Prepared, Settings, StandsFor, Technique
 from evalsuite.math import phong
 from evalsuite.math.sphere import latlong_lookup, latlong_to_direction
 from evalsuite.scene.model import Environment, Material, Scene
@@ -122,4 +122,5 @@ TECHNIQUE = Technique(
     random=True,
     rounds=rounds,
     per_pass=per_pass,
+    left=SAMPLING,
 )  # fmt: skip
