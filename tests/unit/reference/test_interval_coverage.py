@@ -21,6 +21,8 @@ from evalsuite.compare.mask import whole_pixels
 from evalsuite.reference import render, variants, worker
 
 DEBIASED = ("mse", "rmse", "relmse", "rel_rmse", "bias", "rel_bias", "difference")
+#: Written down only: they grow with noise by their nature, and those of the tone-mapped pictures follow an exposure that noise
+#: can move by a quarter stop.
 OTHERS = ("psnr", "mae", "smape", "ssim", "flip", "flip_hdr", "delta_e2000", "max_abs", "p99_abs")
 SIZE, REPETITIONS = 48, 200
 TABLE = Path(__file__).parents[3] / "reports" / "build" / "intervals.md"
@@ -58,6 +60,8 @@ def rows():
     """The lines of the table, written when all cases are through."""
     lines: list[str] = []
     yield lines
+    if not lines:
+        return
     names = (*DEBIASED, *OTHERS)
     head = ["| cell | error | spp | " + " | ".join(names) + " |", "|---" * (len(names) + 3) + "|"]
     TABLE.parent.mkdir(parents=True, exist_ok=True)
@@ -111,5 +115,3 @@ def test_intervals_hold_the_high_sample_value(case, rows, tmp_path, monkeypatch)
     rows.append(f"| {cell} | {case.error:.0%} | {spp} | " + " | ".join(f"{s:.1%}" for s in shares.values()) + " |")
     for name in DEBIASED:
         assert 0.90 <= shares[name] <= 0.98, (name, shares)
-    for name in OTHERS:
-        assert shares[name] >= 0.90, (name, shares)
