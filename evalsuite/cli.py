@@ -163,6 +163,7 @@ def run(
         bool, typer.Option("--missing-only", help="Keep the cells that the output folder has scored.")
     ] = False,
     repair_env: RepairEnv = False,
+    headroom: Annotated[bool, typer.Option("--headroom", help="Also search the best value of each free parameter.")] = False,
     as_json: Json = False,
 ) -> None:
     """Render and compare all cells of a report; write results.json, pictures and the page."""
@@ -170,7 +171,7 @@ def run(
     from evalsuite.commands import run_report
 
     definition = planning.load_report(report)
-    choice = planning.Choice(scene or (), technique or (), env, target or (), planning.parse_parameters(param or []))
+    choice = planning.Choice(scene or (), technique or (), env, target or (), planning.parse_parameters(param or []), headroom)
     cells = planning.plan(definition, choice)
     error, cap = _error(quality, target_error)
     directory = out_dir or Path("reports", "build", definition.name)

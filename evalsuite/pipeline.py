@@ -14,7 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
-from evalsuite import surroundings
+from evalsuite import headroom, surroundings
 from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed
 from evalsuite.gpu import registry
 from evalsuite.gpu.plan import cannot_stand_for
@@ -89,6 +89,7 @@ class Run(Steps):
             "metrics": {},
             "regions": {},
             "ledger": [],
+            "headroom": [],
             "cost": {},
             "images": {},
             "mapping": [],
@@ -176,6 +177,14 @@ class Run(Steps):
         result["notes"] += meta["notes"]
         files |= {name: place / f"{name}.exr" for name in ("error", "relative", "zscore", "flip", "mask")}
         result["status"] = "scored"
+        if cell.headroom:
+            truth, seen = (reference, reference_key), self.seen(source).coverage
+            result["headroom"] = [
+                headroom.headroom(self, free, source, technique, parameters, image_meta["parameters"], truth, seen)
+                for free in headroom.free_parameters(technique, cell.target)
+            ]
+            if not result["headroom"]:
+                result["notes"].append(f"Headroom: {technique.id} has no parameter that is free against {cell.target}")
         chain = technique.chain(image_meta["parameters"])
         if chain and chain[0][0] == cell.target:
             self._split(technique, chain, source, parameters, (image, image_key), result, files)
@@ -224,6 +233,8 @@ def reproduce(cell: Cell, settings: Settings) -> str:
     if cell.environment:
         words += ["--env", cell.environment if cell.environment_path.name != cell.environment else str(cell.environment_path)]
     words += ["--target-error", f"{settings.target_error:g}"]
+    if cell.headroom:
+        words.append("--headroom")
     if settings.size:
         words += ["--size", "{}x{}".format(*settings.size)]
     if settings.repair_environment:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evalsuite.gpu.techniques import common
-from evalsuite.gpu.techniques.base import Float, Parameter, Prepared, Settings, StandsFor, Technique
+from evalsuite.gpu.techniques.base import Float, FreeParameter, Parameter, Prepared, Settings, StandsFor, Technique
 from evalsuite.math import cubemap, sh
 from evalsuite.scene.model import Environment, Scene
 
@@ -24,11 +24,18 @@ def _level(level0: Float, settings: Settings) -> Float:
     return next(level for level in cubemap.box_mips(level0) if level.shape[1] <= settings["sh_face_size"])
 
 
+def _coefficients(level0: Float, settings: Settings) -> Float:
+    """(9, 3) L_i, zero above the highest band used."""
+    found = sh.project_cube(_level(level0, settings))
+    found[(settings["bands"] + 1) ** 2 :] = 0.0
+    return found
+
+
 def prepare(env: GpuEnvironment, settings: Settings, scene: Scene) -> Prepared:
     """L_i of the cubemap, on the CPU in float64."""
     cube = common.prepare_cube(env, settings, scene)
     start = time.perf_counter()
-    coefficients = sh.project_cube(_level(env.cube(settings["face_size"]).level0, settings))
+    coefficients = _coefficients(env.cube(settings["face_size"]).level0, settings)
     elapsed = 1e3 * (time.perf_counter() - start)
     return Prepared({"sh": coefficients}, {}, cube.prepare_ms + elapsed, cube.notes)
 
@@ -36,7 +43,7 @@ def prepare(env: GpuEnvironment, settings: Settings, scene: Scene) -> Prepared:
 def twin(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
     """(k_d/π) Σ Â_i L_i Y_i(n) in float64."""
     level0 = common.twin_cube(environment, settings["face_size"]).levels[0]
-    coefficients = sh.project_cube(_level(level0, settings))
+    coefficients = _coefficients(level0, settings)
     return np.asarray(common.rgb(material["reflectance"])) / np.pi * sh.irradiance(coefficients, normals)
 
 
@@ -54,6 +61,7 @@ TECHNIQUE = Technique(
         Parameter("per", "pixel", "where the sum is evaluated", "technique", common.choice("pixel", "vertex"), "pixel or vertex"),
         Parameter("sh_face_size", "full", "width of the cubemap level that is projected; 'full' is level 0", "technique",
                   _face_size, "full or a power of two"),
+        Parameter("bands", 2, "highest degree of harmonics that is used", "technique", common.integer(0, 2), "0, 1 or 2"),
         common.FACE_SIZE,
     ),
     assumptions=(
@@ -70,4 +78,5 @@ TECHNIQUE = Technique(
     vertex_stage=True,
     defines=lambda settings: {"PER_VERTEX": 1} if settings["per"] == "vertex" else {},
     fill=common.fill_face_size,
+    free=(FreeParameter("bands", 0, 2, 1, "degree", "degree 2", whole=True),),
 )  # fmt: skip

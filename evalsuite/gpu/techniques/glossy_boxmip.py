@@ -159,4 +159,5 @@ TECHNIQUE = Technique(
     resolves=True,
     fill=fill,
     fit=fit,
+    free=(common.FREE_BIAS,),
 )  # fmt: skip
