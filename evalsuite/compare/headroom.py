@@ -31,9 +31,8 @@ Z90 = 1.6448536269514722
 @dataclass(frozen=True)
 class Headroom:
     """published: value, as published. best, best_ci95: of the parameter. rel_rmse of both, of their paired difference (regret),
-    and with each pixel its own choice among the candidates. at_bound: the best lies at an end of what was searched, or may, as past an
-    end of a MIP chain, where nothing changes any more. drawn: value
-    → debiased mean square error [radiance²]."""
+    and with each pixel its own choice among the candidates. at_bound: the best lies at an end of what was searched, or may, as
+    past an end of a MIP chain, where nothing changes any more. drawn: value → debiased mean square error [radiance²]."""
 
     published: float
     published_rel_rmse: Metric

@@ -1,7 +1,7 @@
 """Which value of a free parameter to draw next: a search that knows nothing but the values drawn and their errors.
 
 Whole numbers: each in turn. Others: five values a step apart about the published one, further outwards while the best lies at
-the end, then the gaps beside the best halved to an eighth of a step, then the vertex of the parabola through the last three.
+the end, then the gaps beside the best halved to a sixteenth of a step, then the vertex of the parabola through the last three.
 It finds the valley that holds the best of the first values: an error with several valleys may have a deeper one elsewhere.
 """
 
@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 #: Halvings of a step.
-HALVINGS = 3
+HALVINGS = 4
 #: A gap this much wider is no wider.
 SLACK = 1 + 1e-9
 
