@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from evalsuite.compare import compare
+from evalsuite.compare import compare, headroom_pool
 from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed
 from evalsuite.execute.local import Lane, Workers
 from evalsuite.image import exr
@@ -61,6 +61,8 @@ def run_report(
     for cell in kept.values():
         files = {name: directory / path for name, path in cell["images"].items()}
         fresh[cell["id"]] = (cell, files)
+    found = headroom_pool.summary([fresh[cell.id][0] for cell in cells])
+    header |= {"headroom_summary": found} if found else {}
     results = store_results.write(directory, header, [fresh[cell.id] for cell in cells])
     page.write(results, directory)
     return results
