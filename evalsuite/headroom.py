@@ -63,7 +63,7 @@ def headroom(
         return steps.store.put("headroom", key, found)
 
     found = steps.once("headroom", key, make)[1]
-    return {"parameter": free.name, "unit": free.unit, "choice": free.published} | dict(found)
+    return {"parameter": free.name, "unit": free.unit, "choice": free.published, "whole": free.whole} | dict(found)
 
 
 def _range(technique: Technique, free: FreeParameter, filled: Mapping) -> Range:

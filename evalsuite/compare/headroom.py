@@ -165,7 +165,9 @@ def _per_pixel(images: list[Float], best: Float, truth: Noisy) -> Metric:
         return float((np.square(best - scorer) - np.square(chosen - scorer)).mean())
 
     base = mean_square(best, truth)
-    split = base - 0.5 * (gain(truth.plus, truth.minus) + gain(truth.minus, truth.plus))
+    split = base - max(
+        0.5 * (gain(truth.plus, truth.minus) + gain(truth.minus, truth.plus)), 0.0
+    )  # one choice for all is a choice
     same = base - gain(truth.mean, truth.mean)
     half = Z95 * _noise(_chosen(images, truth.mean) - truth.mean, truth)
     ends = max(min(same, split) - half, 0.0), max(split + half, 0.0)

@@ -3,6 +3,7 @@
 Maps are what the cells are a sample of; exponents under one map share its structure. Pooled best: the cells' best values under
 each map by random effects (DerSimonian and Laird 1986), those means again over the maps, with the interval of Hartung and
 Knapp (2001), which counts few maps as few. Cells whose best is open (`at_bound`) have no value to pool and are counted instead.
+Values are counted from the published choice, which for a bias differs from cell to cell; whole numbers are not pooled.
 Best single constant: of least mean RMSE over the published choice's, in all cells, open ones too; its interval is the bootstrap's
 over maps, which few maps make too narrow rather than too wide.
 """
@@ -57,7 +58,7 @@ def best_constant(cells: Mapping[str, Sequence[Mapping]], seed: int = 0) -> dict
     """The one value of least mean RMSE ratio over all cells (map → entries of `headroom`), within the range that all drew:
     {"value", "ci95", "rmse_ratio": {value, ci95}, "at_end"}; None where they share no range."""
     flat = [entry for entries in cells.values() for entry in entries]
-    ends = [[f(point["value"] for point in entry["drawn"]) for entry in flat] for f in (min, max)]
+    ends = [[f(point["value"] - entry["published"] for point in entry["drawn"]) for entry in flat] for f in (min, max)]
     low, high = max(ends[0]), min(ends[1])
     if not low < high:
         return None
@@ -84,11 +85,9 @@ def best_constant(cells: Mapping[str, Sequence[Mapping]], seed: int = 0) -> dict
 
 def _ratio(entry: Mapping, grid: NDArray) -> NDArray:
     """RMSE of a cell over that of the published choice, between the drawn values by Akima splines of the mean square."""
-    points = [(point["value"], max(point["mse"], 0.0)) for point in entry["drawn"]]
+    points = [(point["value"] - entry["published"], max(point["mse"], 0.0)) for point in entry["drawn"]]
     squares = dict(points)
-    return np.sqrt(
-        np.maximum(Akima1DInterpolator(*zip(*points, strict=True))(grid), 0.0) / max(squares[entry["published"]], 1e-300)
-    )
+    return np.sqrt(np.maximum(Akima1DInterpolator(*zip(*points, strict=True))(grid), 0.0) / max(squares[0.0], 1e-300))
 
 
 def summary(cells: Sequence[Mapping]) -> dict[str, object] | None:
@@ -119,8 +118,11 @@ def _pool(technique: str, parameter: str, by_map: Mapping[str, Sequence[tuple[Ma
         "maps": len(entries),
         "cells": len(flat),
         "open_cells": sum(entry["at_bound"] for entry in flat),
-        "best": pooled({name: [_measured(e) for e in some if not e["at_bound"]] for name, some in entries.items()}),
-        "best_constant": best_constant(entries),
+        "best": pooled(
+            {name: [_measured(e) for e in some if not (e["at_bound"] or e["whole"])] for name, some in entries.items()}
+        ),
+        "best_constant": None if flat[0]["whole"] else best_constant(entries),
+        "rel_bias": float(np.median([cell["metrics"]["rel_bias"]["value"] for some in by_map.values() for cell, _ in some])),
         "regret": {"median": float(np.median(regrets)), "range": [float(regrets.min()), float(regrets.max())]}
         if len(regrets)
         else None,
@@ -128,9 +130,9 @@ def _pool(technique: str, parameter: str, by_map: Mapping[str, Sequence[tuple[Ma
 
 
 def _measured(entry: Mapping) -> tuple[float, float]:
-    """Best value and its standard error."""
+    """Best value less the published one, and its standard error."""
     lo, hi = entry["best_ci95"]
-    return entry["best"], (hi - lo) / (2.0 * Z95)
+    return entry["best"] - entry["published"], (hi - lo) / (2.0 * Z95)
 
 
 def _differences(first: Mapping, second: Mapping) -> dict[str, list[tuple[float, float]]]:
@@ -161,8 +163,9 @@ def _sentence(h: Mapping | None, r: Mapping | None, difference: Mapping | None) 
     if difference:
         lo, hi = difference["ci95"]
         verdict = "holds" if lo <= 1.0 <= hi else "does not hold"
-        text += f"; they differ by {_signed(difference)} under the same map and exponent, which {verdict} the 1 level of s ≈ 4N"
-    return text + "."
+        text += f"; under the same map and exponent they differ by {_signed(difference)}, which {verdict} the 1 level of s ≈ 4N"
+    bias = " and ".join(f"{100 * pool['rel_bias']:+.0f} % about {axis}" for axis, pool in (("h", h), ("r", r)))
+    return f"{text}. At the cells' own c the picture's mean is off by {bias} (median): a level answers that too, not width alone."
 
 
 def _signed(metric: Mapping) -> str:
