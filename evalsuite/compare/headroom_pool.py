@@ -110,6 +110,7 @@ def summary(cells: Sequence[Mapping]) -> dict[str, object] | None:
 def _pool(technique: str, parameter: str, by_map: Mapping[str, Sequence[tuple[Mapping, Mapping]]]) -> dict[str, object]:
     entries = {name: [entry for _, entry in pairs] for name, pairs in by_map.items()}
     flat = [entry for some in entries.values() for entry in some]
+    biases = [cell["metrics"]["rel_bias"]["value"] for some in by_map.values() for cell, _ in some]
     regrets = np.array([entry["regret"]["value"] for entry in flat if entry["regret"]["value"] is not None])
     return {
         "technique": technique,
@@ -122,7 +123,7 @@ def _pool(technique: str, parameter: str, by_map: Mapping[str, Sequence[tuple[Ma
             {name: [_measured(e) for e in some if not (e["at_bound"] or e["whole"])] for name, some in entries.items()}
         ),
         "best_constant": None if flat[0]["whole"] else best_constant(entries),
-        "rel_bias": float(np.median([cell["metrics"]["rel_bias"]["value"] for some in by_map.values() for cell, _ in some])),
+        "rel_bias": float(np.median([b for b in biases if b is not None] or [0.0])),
         "regret": {"median": float(np.median(regrets)), "range": [float(regrets.min()), float(regrets.max())]}
         if len(regrets)
         else None,

@@ -36,7 +36,7 @@ def entry(best, width=0.1, at_bound=False, spread=4.0):
     points = np.linspace(-spread / 2, spread / 2, 9)
     return {
         "parameter": "lod_offset", "unit": "levels", "published": 0.0, "best": best, "best_ci95": [best - width, best + width],
-        "at_bound": at_bound, "regret": {"value": 0.1},
+        "at_bound": at_bound, "whole": False, "regret": {"value": 0.1},
         "drawn": [{"value": float(x), "mse": 0.01 + (x - best) ** 2} for x in points],
     }  # fmt: skip
 
@@ -56,6 +56,7 @@ def cell(technique, name, exponent, found):
         "environment": name,
         "parameters": {"exponent": exponent},
         "headroom": [found],
+        "metrics": {"rel_bias": {"value": 0.25}},
     }
 
 
@@ -69,10 +70,21 @@ def test_the_sentence_says_what_the_cells_say():
     assert (h["cells"], h["open_cells"], h["maps"]) == (7, 1, 3) and r["best"]["value"] == pytest.approx(-0.4, abs=0.02)
     assert found["difference"]["value"] == pytest.approx(1.0, abs=0.01)
     assert "about h c = +0.60" in found["sentence"] and "about r c = −0.40" in found["sentence"] and "holds" in found["sentence"]
+    assert "+25 % about h" in found["sentence"]
     assert (
         "does not hold"
         in summary([*cells[:6], *(cell("glossy-boxmip-lod", m, s, entry(0.1)) for m in maps for s in (10, 50))])["sentence"]
     )
+
+
+def test_a_bias_is_counted_from_what_is_published_and_whole_numbers_are_not_pooled():
+    moved = entry(0.8)
+    moved = moved | {"parameter": "bias", "published": 3.0, "best": 3.8, "best_ci95": [3.7, 3.9],
+                     "drawn": [{"value": p["value"] + 3.0, "mse": p["mse"]} for p in moved["drawn"]]}  # fmt: skip
+    (pool,) = summary([cell("glossy-boxmip", "office", 20, moved)])["pools"]
+    assert pool["best"]["value"] == pytest.approx(0.8) and pool["best_constant"]["value"] == pytest.approx(0.8, abs=0.02)
+    (pool,) = summary([cell("diffuse-sh9", "office", 20, entry(2.0) | {"whole": True})])["pools"]
+    assert pool["best"]["value"] is None and pool["best_constant"] is None
 
 
 def test_without_headroom_there_is_no_summary():
