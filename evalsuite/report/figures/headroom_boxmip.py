@@ -17,7 +17,7 @@ from evalsuite.report.figures import sphere_view, style
 from evalsuite.report.figures.sphere_view import MAPS, Float
 
 FACE, PICTURE, PIXELS, QUADRATURE = 128, 256, 240, 64
-BIASES = (1.0, 2.0, 3.0, 4.0, 5.0)
+BIASES = (1.0, 2.0, 2.25, 3.0, 4.0, 5.0)
 EXPONENTS = (10, 20, 50, 100, 225, 500)
 #: Kautz, Daubert and Seidel, Fig 5.
 PAPER = {"bias": 2.25, "exponent": 225.0}
