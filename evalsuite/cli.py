@@ -168,6 +168,7 @@ def run(
     cap: Annotated[
         int | None, typer.Option(metavar="SPP", help="Samples per pixel at which a reference stops; default: the quality's.")
     ] = None,
+    headroom: Annotated[bool, typer.Option("--headroom", help="Also search the best value of each free parameter.")] = False,
     as_json: Json = False,
 ) -> None:
     """Render and compare all cells of a report; write results.json, pictures and the page."""
@@ -175,7 +176,7 @@ def run(
     from evalsuite.commands import run_report
 
     definition = planning.load_report(report)
-    choice = planning.Choice(scene or (), technique or (), env, target or (), planning.parse_parameters(param or []))
+    choice = planning.Choice(scene or (), technique or (), env, target or (), planning.parse_parameters(param or []), headroom)
     cells = planning.plan(definition, choice)
     error, usual = _error(quality, target_error)
     if cap is not None and cap < 32:

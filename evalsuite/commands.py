@@ -17,7 +17,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from evalsuite import rounds
-from evalsuite.compare import compare
+from evalsuite.compare import compare, headroom_pool
 from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed
 from evalsuite.execute.local import Lane, Workers
 from evalsuite.image import exr
@@ -67,7 +67,9 @@ def run_report(
             "host": run.host() | {"git": _git()},
             "comparisons": comparisons,
         }
-    results = store_results.write(directory, header | findings(made), made)
+    found = headroom_pool.summary([cell for cell, _ in made])
+    header |= findings(made) | ({"headroom_summary": found} if found else {})
+    results = store_results.write(directory, header, made)
     page.write(results, directory)
     return results
 

@@ -15,7 +15,7 @@ from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
-from evalsuite import surroundings
+from evalsuite import headroom, surroundings
 from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed
 from evalsuite.gpu import registry
 from evalsuite.gpu.plan import cannot_stand_for
@@ -93,6 +93,7 @@ class Run(Steps):
             "curves": {},
             "blob": None,
             "ledger": [],
+            "headroom": [],
             "cost": {},
             "images": {},
             "mapping": [],
@@ -183,6 +184,14 @@ class Run(Steps):
         result["notes"] += meta["notes"]
         files |= {name: place / f"{name}.exr" for name in ("error", "relative", "zscore", "flip", "mask", "regions")}
         result["status"] = "scored"
+        if cell.headroom:
+            truth, seen = (reference, reference_key), self.seen(source).coverage
+            result["headroom"] = [
+                headroom.headroom(self, free, source, technique, parameters, image_meta["parameters"], truth, seen)
+                for free in headroom.free_parameters(technique, cell.target)
+            ]
+            if not result["headroom"]:
+                result["notes"].append(f"Headroom: {technique.id} has no parameter that is free against {cell.target}")
         if self.settings.ledger:
             self._ledger(technique, cell.target, source, image_meta["parameters"], (image, image_key), result, files)
 
@@ -241,6 +250,8 @@ def reproduce(cell: Cell, settings: Settings) -> str:
     words += ["--target-error", f"{settings.target_error:g}"]
     if settings.cap != usual_cap(settings.target_error):
         words += ["--cap", str(settings.cap)]
+    if cell.headroom:
+        words.append("--headroom")
     if settings.size:
         words += ["--size", "{}x{}".format(*settings.size)]
     if settings.repair_environment:

@@ -64,7 +64,7 @@ TARGETS: Mapping[str, str] = {
 class Cell:
     """technique: its id, or the path of a user's own shader. parameters: those stated by the report or the user (defaults
     left out). forced: those among them that the user gave with -p, which bind a scene's materials even when it names no
-    `subject`. defines: values of the scene's own parameters."""
+    `subject`. defines: values of the scene's own parameters. headroom: whether to search the technique's free parameters."""
 
     scene: str
     path: Path
@@ -75,6 +75,7 @@ class Cell:
     target: str = "unoccluded"
     forced: frozenset[str] = frozenset()
     defines: Mapping[str, Value] = field(default_factory=dict)
+    headroom: bool = False
 
     @property
     def stated(self) -> dict[str, Value]:
@@ -98,6 +99,7 @@ class Group:
     environments: tuple[str | None, ...] = (None,)
     targets: tuple[str, ...] = ()  # none: each technique's own
     parameters: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
+    headroom: bool = False
 
 
 @dataclass(frozen=True)
@@ -118,6 +120,7 @@ class Choice:
     environment: str | None = None
     targets: Sequence[str] = ()
     parameters: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
+    headroom: bool = False
 
 
 def format_value(value: Value) -> str:
@@ -164,7 +167,7 @@ def unknown(what: str, name: str, known: Sequence[str] | Mapping, see: str) -> E
     return EvalsuiteError(f"{what} '{name}'", "no such name", f"one of {', '.join(known)}", f"{hint}See {see}")
 
 
-_GROUP_KEYS = {"name", "scenes", "techniques", "environments", "targets", "parameters"}
+_GROUP_KEYS = {"name", "scenes", "techniques", "environments", "targets", "parameters", "headroom"}
 
 
 def load_report(name: str) -> Report:
@@ -195,6 +198,8 @@ def load_report(name: str) -> Report:
                 raise EvalsuiteError(f"{where}, {key}", repr(value), "a list of names")
             return tuple(value)
 
+        if not isinstance(table.get("headroom", False), bool):
+            raise EvalsuiteError(f"{where}, headroom", repr(table["headroom"]), "true or false")
         parameters = table.get("parameters", {})
         if not isinstance(parameters, dict):
             raise EvalsuiteError(f"{where}, parameters", repr(parameters), "a table of name = value or [values]")
@@ -206,6 +211,7 @@ def load_report(name: str) -> Report:
                 environments=names("environments") or (None,),
                 targets=names("targets"),
                 parameters={k: tuple(v) if isinstance(v, list) else (v,) for k, v in parameters.items()},
+                headroom=table.get("headroom", False),
             )
         )
     title, description = str(data.get("title", path.stem)), str(data.get("description", ""))
@@ -275,6 +281,7 @@ def plan(report: Report, choice: Choice | None = None) -> list[Cell]:
                         target=target,
                         forced=frozenset(choice.parameters) & set(own),
                         defines=dict(zip(of_scene, values[len(sweep) :], strict=True)),
+                        headroom=group.headroom or choice.headroom,
                     )
                     cells.setdefault(cell.id, cell)
     for name in choice.parameters:

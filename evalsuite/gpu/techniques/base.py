@@ -37,6 +37,23 @@ class Parameter:
 
 
 @dataclass(frozen=True)
+class FreeParameter:
+    """A `technique` parameter that could have been chosen otherwise: where `compare.headroom` looks for a better value.
+
+    low, high: bounds of the value or, where the parameter's default is None, of its difference from what the technique filled
+    in. step: between the first values tried. published: the paper's choice in words; its value is the default, or what was
+    filled in. whole: only whole numbers count, and each is tried."""
+
+    name: str
+    low: float
+    high: float
+    step: float
+    unit: str
+    published: str
+    whole: bool = False
+
+
+@dataclass(frozen=True)
 class StandsFor:
     """How a technique takes a material of one plugin. text: the mapping in words, for the page. uniforms: (material,
     settings) → shader uniforms. reason_against: why this very material cannot be taken, or None."""
@@ -125,10 +142,11 @@ class Technique:
     what separates that target's picture from the next one's, the last from the technique's own. layers: `#define`s of each draw
     of a mesh, one over the other. rounds: how many passes each sub-sample is averaged over; per_pass: uniforms of one pass.
     fill: (scene, settings, with the names "given") → values for parameters that are still open. fit: an analysis of the
-    picture for the page. lifts: settings → the technique's assumptions about an unoccluded surface, one after another given up
-    in float64, from its formula (the twin) towards the BRDF's own integral; None: the formula alone. left: what still separates
-    the last of them from that integral. represented: (environment, settings) → the environment as the technique's finest map
-    holds it, where the filter can be made exact on it: assumptions are then given up in another order too.
+    picture for the page. free: parameters whose best value `--headroom` looks for. lifts: settings → the technique's assumptions
+    about an unoccluded surface, one after another given up in float64, from its formula (the twin) towards the BRDF's own
+    integral; None: the formula alone. left: what still separates the last of them from that integral. represented:
+    (environment, settings) → the environment as the technique's finest map holds it, where the filter can be made exact on it:
+    assumptions are then given up in another order too.
     """
 
     id: str
@@ -159,6 +177,7 @@ class Technique:
     per_pass: Callable[[Frame, Settings], Mapping[str, object]] | None = None
     fill: Callable[[Scene, Settings], Mapping[str, object]] = lambda scene, settings: {}
     fit: Callable[[Scene, GpuEnvironment, Settings], Mapping[str, float] | None] | None = None
+    free: tuple[FreeParameter, ...] = ()
     path: Path | None = None
     lifts: Callable[[Settings], Sequence[Lift]] | None = None
     left: str = LOBE
@@ -209,6 +228,7 @@ class Technique:
             "assumptions": list(self.assumptions),
             "stands_for": {plugin: how.text for plugin, how in self.stands_for.items()},
             "target": self.target,
+            "free": [f.name for f in self.free],
         }
 
     def parse(self, given: Settings) -> dict[str, object]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evalsuite.errors import EvalsuiteError
-from evalsuite.gpu.techniques.base import Float, Parameter, Prepared, Settings
+from evalsuite.gpu.techniques.base import Float, FreeParameter, Parameter, Prepared, Settings
 from evalsuite.math import cubemap, lobe_field, phong, sh
 from evalsuite.scene.model import Environment, Material, Scene, Texture
 
@@ -90,6 +90,21 @@ FACE_SIZE = Parameter(
     "width, within 16 … 1024", "technique", lambda value: cubemap.check_face_size(integer(1, 8192)(value)),
     "a power of two from 1 to 8192",
 )  # fmt: skip
+
+LOD_OFFSET = Parameter(
+    "lod_offset", 0.0, "c, added to the level [levels]; the published formula has 0", "technique", number(-32, 32),
+    "a number of MIP levels",
+)  # fmt: skip
+FREE_LOD_OFFSET = FreeParameter("lod_offset", -6.0, 6.0, 1.0, "levels", "c = 0")
+
+BELOW_TOP = Parameter(
+    "below_top", 0.0, "levels below the 1 × 1 one that the diffuse look-up takes; the published formula has 0", "technique",
+    number(0, 32), "a number of MIP levels ≥ 0",
+)  # fmt: skip
+FREE_BELOW_TOP = FreeParameter("below_top", 0.0, 6.0, 1.0, "levels", "the 1 × 1 level")
+
+#: A LOD bias: the published choice is what solid angles say over the picture.
+FREE_BIAS = FreeParameter("bias", -6.0, 6.0, 1.0, "levels", "mean λ + b has the lobe's solid angle, or as given")
 
 
 def fill_face_size(scene: Scene, settings: Settings) -> dict[str, object]:
@@ -190,6 +205,7 @@ def prepare_cube(env: GpuEnvironment, settings: Settings, scene: Scene) -> Prepa
     """The environment as a cubemap with the hardware's MIPs."""
     cube = env.cube(settings["face_size"])
     uniforms = {"env_face_size": float(cube.face_size), "env_max_level": float(cube.max_level)}
+    uniforms |= {name: settings[name] for name in ("lod_offset", "below_top") if name in settings}
     note = f"cubemap of {cube.face_size}² texels a face; resampling changed the map's energy by {cube.energy_residual:+.1e}"
     return Prepared(uniforms, {"env_cube": cube.texture}, cube.prepare_ms, (note,))
 

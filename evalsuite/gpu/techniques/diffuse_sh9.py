@@ -14,6 +14,7 @@ from evalsuite.gpu.techniques.base import (
     ARITHMETIC,
     REPRESENTATION,
     Float,
+    FreeParameter,
     Lift,
     Parameter,
     Prepared,
@@ -35,24 +36,31 @@ def _level(level0: Float, settings: Settings) -> Float:
     return next(level for level in cubemap.box_mips(level0) if level.shape[1] <= settings["sh_face_size"])
 
 
+def _coefficients(level0: Float, settings: Settings) -> Float:
+    """(9, 3) L_i, zero above the highest band used."""
+    found = sh.project_cube(_level(level0, settings))
+    found[(settings["bands"] + 1) ** 2 :] = 0.0
+    return found
+
+
 def prepare(env: GpuEnvironment, settings: Settings, scene: Scene) -> Prepared:
     """L_i of the cubemap, on the CPU in float64."""
     cube = common.prepare_cube(env, settings, scene)
     start = time.perf_counter()
-    coefficients = sh.project_cube(_level(env.cube(settings["face_size"]).level0, settings))
+    coefficients = _coefficients(env.cube(settings["face_size"]).level0, settings)
     elapsed = 1e3 * (time.perf_counter() - start)
     return Prepared({"sh": coefficients}, {}, cube.prepare_ms + elapsed, cube.notes)
 
 
 @lru_cache(maxsize=8)
-def _coefficients(environment: Environment, face_size: int, sh_face_size: object) -> Float:
+def _twin_coefficients(environment: Environment, face_size: int, sh_face_size: object, bands: int) -> Float:
     level0 = common.twin_cube(environment, face_size).levels[0]
-    return sh.project_cube(_level(level0, {"sh_face_size": sh_face_size}))
+    return _coefficients(level0, {"sh_face_size": sh_face_size, "bands": bands})
 
 
 def twin(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
     """(k_d/π) Σ Â_i L_i Y_i(n) in float64."""
-    coefficients = _coefficients(environment, settings["face_size"], settings["sh_face_size"])
+    coefficients = _twin_coefficients(environment, *(settings[name] for name in ("face_size", "sh_face_size", "bands")))
     return np.asarray(common.rgb(material["reflectance"])) / np.pi * sh.irradiance(coefficients, normals)
 
 
@@ -81,6 +89,7 @@ TECHNIQUE = Technique(
         Parameter("per", "pixel", "where the sum is evaluated", "technique", common.choice("pixel", "vertex"), "pixel or vertex"),
         Parameter("sh_face_size", "full", "width of the cubemap level that is projected; 'full' is level 0", "technique",
                   _face_size, "full or a power of two"),
+        Parameter("bands", 2, "highest degree of harmonics that is used", "technique", common.integer(0, 2), "0, 1 or 2"),
         common.FACE_SIZE,
     ),
     assumptions=(
@@ -97,6 +106,7 @@ TECHNIQUE = Technique(
     vertex_stage=True,
     defines=lambda settings: {"PER_VERTEX": 1} if settings["per"] == "vertex" else {},
     fill=common.fill_face_size,
+    free=(FreeParameter("bands", 0, 2, 1, "degree", "degree 2", whole=True),),
     lifts=_lifts,
     represented=lifts.as_cube,
 )  # fmt: skip

@@ -12,9 +12,9 @@ from evalsuite.scene.model import Environment
 
 
 def twin(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
-    """k_L times the seamless look-up in the 1 × 1 level about n."""
+    """k_L times the seamless look-up about n in the 1 × 1 level, or below_top levels below it."""
     cube = common.twin_cube(environment, settings["face_size"])
-    return np.asarray(common.rgb(material["reflectance"])) * cube.bilinear(normals, cube.max_level)
+    return np.asarray(common.rgb(material["reflectance"])) * cube.lookup(normals, cube.max_level - settings.get("below_top", 0.0))
 
 
 TECHNIQUE = Technique(
@@ -22,7 +22,11 @@ TECHNIQUE = Technique(
     title="Diffuse, coarsest MIP level",
     paper="McGuire, Evangelakos, Wilcox, Donow, Mara: Plausible Blinn-Phong Reflection of Standard Cube MIP-Maps, 2013",
     equations="Listing 1: L_d(n) = k_L · textureLod(env, n, maxLevel)",
-    parameters=(common.material_parameter("reflectance", (0.5, 0.5, 0.5), "albedo k_L"), common.FACE_SIZE),
+    parameters=(
+        common.material_parameter("reflectance", (0.5, 0.5, 0.5), "albedo k_L"),
+        common.BELOW_TOP,
+        common.FACE_SIZE,
+    ),
     assumptions=(
         "The environment is distant and nothing occludes it.",
         "Bilinear blending of six face means resembles a cosine-weighted hemisphere.",
@@ -37,4 +41,5 @@ TECHNIQUE = Technique(
     fill=common.fill_face_size,
     lifts=lambda settings: lifts.of_box_mips(twin, lifts.exact_diffuse),
     represented=lifts.as_cube,
+    free=(common.FREE_BELOW_TOP,),
 )

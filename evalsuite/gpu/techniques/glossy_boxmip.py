@@ -161,4 +161,5 @@ TECHNIQUE = Technique(
     fit=fit,
     lifts=lambda settings: lifts.of_box_mips(twin, lifts.exact_glossy),
     represented=lifts.as_cube,
+    free=(common.FREE_BIAS,),
 )  # fmt: skip

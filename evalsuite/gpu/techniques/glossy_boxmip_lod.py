@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 def fit(scene: Scene, env: GpuEnvironment, settings: Settings) -> dict[str, float] | None:
-    """The Phong exponent that comes nearest to what the look-ups at level m returned."""
+    """The Phong exponent that comes nearest to what the look-ups at level m + c returned."""
     sampler = env.cube(settings["face_size"]).sampler
-    level = float(phong.exponent_to_lod(settings["exponent"], settings["face_size"]))
+    level = float(phong.exponent_to_lod(settings["exponent"], settings["face_size"])) + settings["lod_offset"]
     return glossy_boxmip.fit_look_up(scene, env, settings, lambda r, lod: sampler.lookup(r, level), TECHNIQUE)
 
 
@@ -25,10 +25,12 @@ TECHNIQUE = Technique(
     id="glossy-boxmip-lod",
     title="Glossy, box-filtered MIPs at an explicit level",
     paper="Kautz, Daubert, Seidel: Advanced Environment Mapping in VR Applications, 2004, §4.2, with the level given outright",
-    equations="L_p(r) = k_s · textureLod(env, r, m), m = log₂(w√3) − ½ log₂(N + 1): a mean texel has the lobe's 2π/(N + 1)",
+    equations="L_p(r) = k_s · textureLod(env, r, m + c), m = log₂(w√3) − ½ log₂(N + 1), c = 0: a mean texel has the lobe's "
+    "2π/(N + 1)",
     parameters=(
         common.material_parameter("exponent", 50.0, "Phong exponent N"),
         common.material_parameter("specular_reflectance", common.WHITE, "k_s, the lobe's integral"),
+        common.LOD_OFFSET,
         common.FACE_SIZE,
     ),
     assumptions=(
@@ -48,4 +50,5 @@ TECHNIQUE = Technique(
     fit=fit,
     lifts=glossy_mcguire.TECHNIQUE.lifts,
     represented=lifts.as_cube,
+    free=(common.FREE_LOD_OFFSET,),
 )

@@ -28,6 +28,7 @@ def prepare(env: GpuEnvironment, settings: Settings, scene: Scene) -> Prepared:
     cube = seamless_cube(env, settings["face_size"])
     max_level = cube.face_size.bit_length() - 1
     uniforms = {"env_face_size": float(cube.face_size), "env_max_level": float(max_level), "env_mean": cube.mean}
+    uniforms["lod_offset"] = settings["lod_offset"]
     note = f"cubemap of {cube.face_size}² texels a face, {max_level} levels filtered across faces"
     return Prepared(uniforms, {"env_cube": cube.texture}, cube.prepare_ms, (note,))
 
@@ -64,12 +65,13 @@ def look_up(cube: cubemap.SeamlessCube, mean: Float, r: Float, lod: Float | floa
 
 
 def twin(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
-    """k_s times the look-up about r at the exponent's level, or at settings["lambda"] (N,) + bias."""
+    """k_s times the look-up about r at the exponent's level, or at settings["lambda"] (N,) + bias; c levels on."""
     cube = twin_cube(environment, settings["face_size"])
     if settings["bias"] is None:
         lod = seamless_mips.exponent_to_seamless_lod(material["exponent"], cube.width)
     else:
         lod = np.asarray(settings["lambda"]) + settings["bias"]
+    lod = lod + settings.get("lod_offset", 0.0)
     radiance = look_up(cube, seamless_mips.mean_radiance(cube.levels[0]), phong.reflect(to_view, normals), lod)
     return np.asarray(common.rgb(material.get("specular_reflectance", 1.0))) * radiance
 
@@ -85,7 +87,7 @@ def fit(scene: Scene, env: GpuEnvironment, settings: Settings) -> dict[str, floa
             level = float(seamless_mips.exponent_to_seamless_lod(settings["exponent"], made.face_size))
         else:
             level = lod + settings["bias"]
-        return look_up(made.sampler, made.mean, r, level)
+        return look_up(made.sampler, made.mean, r, level + settings["lod_offset"])
 
     return glossy_boxmip.fit_look_up(scene, env, settings, returned, TECHNIQUE)
 
@@ -95,12 +97,13 @@ TECHNIQUE = Technique(
     title="Glossy, MIPs filtered across faces",
     paper="Kautz, Daubert, Seidel: Advanced Environment Mapping in VR Applications, 2004, §6, Fig 4; Heidrich, course notes §2.4",
     equations="L_p(r) = k_s · textureLod(env, r, m); each level from 4 × 4 finer texels by (1, 3, 3, 1)² × solid angle, over "
-    "the edges too; m = log₂(w√3) − ½ log₂(N + 1) − log₂(4/3), or λ + b",
+    "the edges too; m = log₂(w√3) − ½ log₂(N + 1) − log₂(4/3) + c, or λ + b + c, c = 0",
     parameters=(
         common.material_parameter("exponent", 50.0, "Phong exponent N; with bias given: default from mean λ + b"),
         common.material_parameter("specular_reflectance", common.WHITE, "k_s, the lobe's integral"),
         Parameter("bias", None, "LOD bias b [levels] on λ from screen derivatives; default: none, the level is the exponent's",
                   "technique", common.number(-32, 32), "a number of MIP levels"),
+        common.LOD_OFFSET,
         common.FACE_SIZE,
     ),
     assumptions=(
@@ -122,4 +125,5 @@ TECHNIQUE = Technique(
     fit=fit,
     lifts=lambda settings: lifts.of_box_mips(twin, lifts.exact_glossy),
     represented=lifts.as_cube,
+    free=(common.FREE_LOD_OFFSET,),
 )  # fmt: skip

@@ -13,10 +13,11 @@ from evalsuite.scene.model import Environment
 
 
 def twin(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
-    """k_G (times F(n·v) for conductors) times the trilinear look-up about r at level m(s), clamped to the chain."""
+    """k_G (times F(n·v) for conductors) times the trilinear look-up about r at level m(s) + c, clamped to the chain."""
     cube = common.twin_cube(environment, settings["face_size"])
     exponent = material["exponent"] if "exponent" in material else phong.alpha_to_exponent(material["alpha"])
-    radiance = cube.lookup(phong.reflect(to_view, normals), phong.exponent_to_lod(exponent, cube.width))
+    level = phong.exponent_to_lod(exponent, cube.width) + settings.get("lod_offset", 0.0)
+    radiance = cube.lookup(phong.reflect(to_view, normals), level)
     weight = np.asarray(common.rgb(material.get("specular_reflectance", 1.0)))
     if "eta" in material:
         cosine = (normals * to_view).sum(-1, keepdims=True)
@@ -28,10 +29,11 @@ TECHNIQUE = Technique(
     id="glossy-mcguire",
     title="Glossy, MIP level from the exponent",
     paper="McGuire, Evangelakos, Wilcox, Donow, Mara: Plausible Blinn-Phong Reflection of Standard Cube MIP-Maps, 2013",
-    equations="Eq 1–12: m = log₂(w√3) − ½ log₂(s + 1); L_g = k_G · textureLod(env, r, m)",
+    equations="Eq 1–12: m = log₂(w√3) − ½ log₂(s + 1); L_g = k_G · textureLod(env, r, m + c), c = 0",
     parameters=(
         common.material_parameter("exponent", 50.0, "Blinn-Phong exponent s"),
         common.material_parameter("specular_reflectance", common.WHITE, "glossy coefficient k_G"),
+        common.LOD_OFFSET,
         common.FACE_SIZE,
     ),
     assumptions=(
@@ -59,4 +61,5 @@ TECHNIQUE = Technique(
     fill=common.fill_face_size,
     lifts=lambda settings: lifts.of_box_mips(twin, lifts.exact_glossy),
     represented=lifts.as_cube,
+    free=(common.FREE_LOD_OFFSET,),
 )

@@ -133,6 +133,7 @@ TECHNIQUE = Technique(
     resolves=True,
     fill=fill,
     fit=lambda scene, env, settings: glossy_boxmip.fit(scene, env, settings, TECHNIQUE),
+    free=(common.FREE_BIAS,),
     twin_settings=glossy_boxmip.TECHNIQUE.twin_settings,
     twin_bound=glossy_boxmip.TECHNIQUE.twin_bound,
     twin_bound_reason=glossy_boxmip.TECHNIQUE.twin_bound_reason,

@@ -1,5 +1,8 @@
+uniform float lod_offset;  // 0 as published
+uniform float below_top;   // 0 as published
+
 vec3 shade(Surface s) {
     vec3 r = reflect(-s.to_view, s.normal);
-    return diffuse_reflectance * textureLod(env_cube, s.normal, env_max_level).rgb
-         + specular_reflectance * textureLod(env_cube, r, exponent_to_lod(exponent, env_face_size)).rgb;
+    return diffuse_reflectance * textureLod(env_cube, s.normal, env_max_level - below_top).rgb
+         + specular_reflectance * textureLod(env_cube, r, exponent_to_lod(exponent, env_face_size) + lod_offset).rgb;
 }

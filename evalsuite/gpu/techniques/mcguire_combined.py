@@ -10,7 +10,7 @@ from evalsuite.scene.model import Environment
 
 
 def twin(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
-    """k_L times the look-up in the 1 × 1 level about n, plus k_G times the trilinear one about r at level m(s)."""
+    """k_L times the look-up in the 1 × 1 level about n, plus k_G times the trilinear one about r at level m(s) + c."""
     base = {"reflectance": material.get("diffuse_reflectance", 0.0)}
     matte = diffuse_topmip.twin(environment, normals, to_view, base, settings)
     return matte + glossy_mcguire.twin(environment, normals, to_view, material, settings)
@@ -31,6 +31,8 @@ TECHNIQUE = Technique(
         common.material_parameter("exponent", 50.0, "Blinn-Phong exponent s"),
         common.material_parameter("specular_reflectance", (0.5, 0.5, 0.5), "glossy coefficient k_G"),
         common.material_parameter("diffuse_reflectance", (0.5, 0.5, 0.5), "Lambertian coefficient k_L"),
+        common.LOD_OFFSET,
+        common.BELOW_TOP,
         common.FACE_SIZE,
     ),
     assumptions=tuple(dict.fromkeys(diffuse_topmip.TECHNIQUE.assumptions + glossy_mcguire.TECHNIQUE.assumptions)),
@@ -49,4 +51,5 @@ TECHNIQUE = Technique(
     fill=common.fill_face_size,
     lifts=lambda settings: lifts.of_box_mips(twin, _exact),
     represented=lifts.as_cube,
+    free=(common.FREE_LOD_OFFSET, common.FREE_BELOW_TOP),
 )

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from evalsuite.gpu.techniques import common
-from evalsuite.gpu.techniques.base import Float, Parameter, Settings, StandsFor
+from evalsuite.gpu.techniques.base import Float, FreeParameter, Parameter, Settings, StandsFor
 from evalsuite.lights import decompose
 from evalsuite.lights.model import Decomposition, DecompositionSettings
 from evalsuite.math import lobe_grid, phong
@@ -34,6 +34,9 @@ DECOMPOSITION = tuple(
     Parameter(f.name, f.default, _DECOMPOSITION[f.name][0], "technique", *_DECOMPOSITION[f.name][1:])
     for f in fields(DecompositionSettings)
 )
+
+#: How many lights: the published search ends by itself.
+FREE_LIGHTS = FreeParameter("max_lights", 0, 64, 1, "lights", "all lights that the search finds", whole=True)
 
 MATERIAL = common.bsdf_parameters("diffuse", ("diffuse", "phong"))
 

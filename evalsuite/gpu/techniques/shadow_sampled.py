@@ -137,5 +137,6 @@ TECHNIQUE = Technique(
     twin=twin,
     target="direct",
     casts_shadows=True,
+    free=(shadow.FREE_LIGHTS,),
     chain=lambda settings: (*shadow.TO_CENTRES[:2], ("discs", "light samples")) if settings["sampling"] == "lights" else (),
 )

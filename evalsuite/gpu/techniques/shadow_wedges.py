@@ -55,5 +55,6 @@ TECHNIQUE = Technique(
     twin=shadow.twin,
     target="direct",
     casts_shadows=True,
+    free=(shadow.FREE_LIGHTS,),
     chain=lambda settings: (*shadow.TO_CENTRES, ("discs-centre", "wedge algorithm")),
 )  # fmt: skip

@@ -15,8 +15,9 @@ from evalsuite.image.files import replacing
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure of a paper. id: <paper>-fig<number>. title: what it shows. module: in this folder; `data()` computes what is
-    shown, (arrays and plain values, with `measured` for the JSON file), `draw(data)` returns a matplotlib Figure."""
+    """A figure of a paper, or one that holds a paper's choice against ours. id: <paper>-fig<number>, or what it is about. title:
+    what it shows. module: in this folder; `data()` computes what is shown, (arrays and plain values, with `measured` for the JSON
+    file), `draw(data)` returns a matplotlib Figure."""
 
     id: str
     paper: str
@@ -25,6 +26,8 @@ class Figure:
 
 
 _NOTES = "Heidrich: Environment Maps and Their Applications (course notes), Fig 4"
+_MCGUIRE = "McGuire, Evangelakos, Wilcox, Donow, Mara: Plausible Blinn-Phong Reflection of Standard Cube MIP-Maps, 2013, Eq 12"
+_KDS = "Kautz, Daubert, Seidel: Advanced Environment Mapping in VR Applications, 2004, Fig 5"
 _HS98 = "Heidrich and Seidel: View-Independent Environment Maps, 1998, Fig 3"
 
 FIGURES: Mapping[str, Figure] = {
@@ -34,6 +37,10 @@ FIGURES: Mapping[str, Figure] = {
         Figure(
             "002-fig3", _HS98, "Solid angle of a paraboloid map's texel over the angle from the viewing direction", "paraboloid"
         ),
+        Figure(
+            "headroom-mcguire", _MCGUIRE, "Best constant in McGuire's level over maps, exponents and lobes", "headroom_mcguire"
+        ),
+        Figure("headroom-boxmip", _KDS, "LOD bias of box-filtered MIPs and the Phong exponent it stands for", "headroom_boxmip"),
     )
 }
 

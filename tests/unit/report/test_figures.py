@@ -66,3 +66,19 @@ def test_a_figure_drawn_again_is_the_same_file(tmp_path):
     (first, _), (second, _) = (figures.make(figure, tmp_path / name) for name in ("a", "b"))
     for one, other in zip(first, second, strict=True):
         assert one.read_bytes() == other.read_bytes() and one.stat().st_size > 200
+
+
+def test_headroom_figures_integrate_lobes_and_find_least_points():
+    from evalsuite.report.figures import headroom_mcguire, sphere_view
+
+    x = np.linspace(-2, 2, 9)
+    assert sphere_view.least(x, (x - 0.3) ** 2) == pytest.approx(0.3)
+    assert sphere_view.least(x, x) == -2.0
+    normal, to_view, mask = sphere_view.rays(32)
+    assert 0.5 < mask.mean() < 0.75 and (normal[mask] * to_view[mask]).sum(-1).min() > 0
+    facing = np.unravel_index(np.argmax(np.where(mask, (normal * to_view).sum(-1), -1.0)), mask.shape)
+    n, v = normal[facing][None], to_view[facing][None]
+    weights = headroom_mcguire.truths(n, v, 50.0)
+    assert weights["r"].sum() == pytest.approx(1.0, abs=2e-3)  # the whole lobe, uncut
+    assert weights["h, albedo 1"].sum() == pytest.approx(1.0, abs=1e-5)
+    assert weights["h"].sum() == pytest.approx(1.0, abs=0.05)  # (s + 8)/8π is the albedo's own approximation there
