@@ -1,4 +1,4 @@
-"""What the cells of a run say together: `envelopes` and `rankings` of results.json."""
+"""What the cells of a run say together: `causes`, `envelopes` and `rankings` of results.json."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evalsuite.compare import crossover, disagreement, envelopes, paired, pareto, ranking
+from evalsuite.compare.causes import causes
 from evalsuite.image import exr
 
 #: Rank flips whose pixels are looked at: each group's strongest first.
@@ -56,11 +57,15 @@ class Pictures:
 
 
 def findings(made: Sequence[tuple[dict, Mapping[str, Path]]]) -> dict:
-    """`envelopes` and `rankings` of finished cells and their files; None each where there is nothing to say.
+    """`causes`, `envelopes` and `rankings` of finished cells and their files; None, or empty, where there is nothing to say.
 
     Raises EvalsuiteError for a picture that cannot be read."""
     cells = [cell for cell, _ in made]
-    return {"envelopes": _envelopes(cells), "rankings": _rankings(cells, {cell["id"]: files for cell, files in made})}
+    return {
+        "causes": causes(cells),
+        "envelopes": _envelopes(cells),
+        "rankings": _rankings(cells, {cell["id"]: files for cell, files in made}),
+    }
 
 
 def _envelopes(cells: Sequence[dict]) -> dict | None:

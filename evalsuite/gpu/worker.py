@@ -24,7 +24,9 @@ def lifted(scene: Scene, technique_name: str, settings: Mapping[str, object], su
     """A technique's picture with its assumptions lifted one by one; see `gpu.lifted.lifted`."""
     from evalsuite.gpu.lifted import lifted
 
-    return lifted(scene, find(technique_name), settings, supersample)
+    technique = find(technique_name)
+    typed = {**settings, **technique.parse(settings)}  # what a store has kept has lists for colours
+    return lifted(scene, technique, typed, supersample)
 
 
 def gbuffer(scene: Scene, supersample: int = 4) -> GBuffer:

@@ -16,7 +16,7 @@ from pathlib import Path
 import jinja2
 
 from evalsuite.image.files import replacing
-from evalsuite.report import envelopes, pictures, rankings, where
+from evalsuite.report import causes, envelopes, pictures, rankings, where
 from evalsuite.report.scales import short
 from evalsuite.store.results import slug
 
@@ -62,7 +62,11 @@ def write(results: Mapping, directory: Path) -> Path:
     environment.filters |= {"number": number, "interval": interval, "plain": _plain, "short": _short,
                             "worst_region": where.worst, "curve_plots": where.plots}  # fmt: skip
     counts = {status: sum(c["data"].get("status") == status for c in cells) for status in STATUS}
-    across = {"envelopes": envelopes.section(results, directory), "rankings": rankings.section(results, directory)}
+    across = {
+        "causes": causes.section(results),
+        "envelopes": envelopes.section(results, directory),
+        "rankings": rankings.section(results, directory),
+    }
     html = environment.get_template("index.html").render(
         results=results,
         cells=cells,
