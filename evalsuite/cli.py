@@ -168,6 +168,7 @@ def run(
     cap: Annotated[
         int | None, typer.Option(metavar="SPP", help="Samples per pixel at which a reference stops; default: the quality's.")
     ] = None,
+    no_ledger: Annotated[bool, typer.Option("--no-ledger", help="Do not split errors by cause: quicker.")] = False,
     headroom: Annotated[bool, typer.Option("--headroom", help="Also search the best value of each free parameter.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -188,7 +189,7 @@ def run(
         return
     from evalsuite.pipeline import Settings
 
-    settings = Settings(error, cap or usual, _size(size) or definition.size, seed, repair_env)
+    settings = Settings(error, cap or usual, _size(size) or definition.size, seed, repair_env, ledger=not no_ledger)
     results = run_report(
         definition,
         cells,

@@ -252,6 +252,8 @@ def reproduce(cell: Cell, settings: Settings) -> str:
         words += ["--cap", str(settings.cap)]
     if cell.headroom:
         words.append("--headroom")
+    if not settings.ledger:
+        words.append("--no-ledger")
     if settings.size:
         words += ["--size", "{}x{}".format(*settings.size)]
     if settings.repair_environment:
