@@ -89,9 +89,10 @@ def split_cell(
     means, steps = [], []
     for folder in map(Path, reference_folders):
         with np.load(folder / "halves.npz") as halves:
-            a, b = halves["a"], halves["b"]
-        means.append(0.5 * (a.astype(np.float64) + b))
-        steps.append(chain.Step.of((a[mask], b[mask]), exr.read(folder / "standard_error.exr")[mask]))
+            noise_of = 0.5 * (halves["a"].astype(np.float64) - halves["b"])
+        means.append(exr.read(folder / "reference.exr").astype(np.float64))
+        sigma = exr.read(folder / "standard_error.exr")[mask].astype(np.float64)
+        steps.append(chain.Step(means[-1][mask], sigma, noise_of[mask], True))
     drawn = chain.Step(own.mean, own.standard_error, own.noise, own.measured)
     rungs, swapped = len(steps), None
     if lifted_folder is not None:

@@ -16,7 +16,7 @@ from evalsuite.math.sphere import latlong_directions, latlong_lookup
 from evalsuite.scene.model import Environment
 
 #: A cubemap so much wider holds the environment itself, as far as a filter of the technique's width can tell.
-FINER, WIDEST = 4, 1024
+FINER, WIDEST = 4, 512
 
 
 def finer_face_size(face_size: int) -> int:
@@ -25,7 +25,7 @@ def finer_face_size(face_size: int) -> int:
 
 
 def finer(twin: Twin) -> Twin:
-    """The technique's own formula on a cubemap four times as wide (up to 1024): the same footprints, other texels."""
+    """The technique's own formula on a cubemap four times as wide (up to 512): the same footprints, other texels."""
 
     def radiance(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
         wide = finer_face_size(settings["face_size"])

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evalsuite.gpu.techniques import common, lifts, rough_conductor
+from evalsuite.gpu.techniques import common, rough_conductor
 from evalsuite.gpu.techniques.base import (
     ARITHMETIC,
     KERNEL,
-    REPRESENTATION,
     Float,
     Lift,
     Parameter,
@@ -87,18 +86,12 @@ def twin(environment: Environment, normals: Float, to_view: Float, material: Set
 
 
 def _lifts(settings: Settings) -> tuple[Lift, ...]:
-    """Formula, a map twice as fine in each level, then the whole sum instead of samples."""
+    """Formula, then the whole sum instead of samples, in the same texels."""
 
-    def finer(environment: Environment, normals: Float, to_view: Float, material: Settings, own: Settings) -> Float:
-        changed = {"map_size": min(2 * own["map_size"], 256), "face_size": lifts.finer_face_size(min(own["face_size"], 64))}
-        changed["face_size"] = max(changed["face_size"], own["face_size"])
-        return twin(environment, normals, to_view, material, {**own, **changed})
+    def summed(environment: Environment, normals: Float, to_view: Float, material: Settings, own: Settings) -> Float:
+        return twin(environment, normals, to_view, material, {**own, "prefilter": "quadrature"})
 
-    rungs = Lift(ARITHMETIC, twin), Lift(REPRESENTATION, finer)
-    if settings["prefilter"] == "quadrature":
-        return rungs
-    summed = Lift(KERNEL, lambda e, n, v, material, own: finer(e, n, v, material, {**own, "prefilter": "quadrature"}), 1e-3)
-    return (*rungs, summed)
+    return (Lift(ARITHMETIC, twin), *([] if settings["prefilter"] == "quadrature" else [Lift(KERNEL, summed, 1e-3)]))
 
 
 def _not_ggx(material: Material) -> str | None:
