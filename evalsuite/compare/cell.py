@@ -98,7 +98,8 @@ def split_cell(
     if lifted_folder is not None:
         with np.load(Path(lifted_folder) / "lifted.npz") as lifted:
             pictures = list(zip(lifted["images"], lifted["tolerances"], strict=True))[::-1]
-            means += [picture.astype(np.float64) for picture, _ in pictures]
+            # Formulas know scored surfaces alone: elsewhere the picture is its own.
+            means += [np.where(mask[..., None], picture, image).astype(np.float64) for picture, _ in pictures]
             steps += [chain.Step.computed(picture[mask], float(tolerance)) for picture, tolerance in pictures]
             if "swapped" in lifted:
                 swapped = chain.Step.computed(lifted["swapped"][mask], float(pictures[0][1]))

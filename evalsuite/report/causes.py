@@ -8,8 +8,19 @@ from itertools import cycle
 from evalsuite.compare.causes import sentence
 from evalsuite.store.results import slug
 
-#: Okabe and Ito's colours, which most colour-blind readers tell apart; one a cause, in the order of appearance.
-COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442", "#7f7f7f")
+#: Okabe and Ito's colours, which most colour-blind readers tell apart, for the causes that most techniques have; others in turn.
+COLOURS = {
+    "filter kernel": "#0072B2",
+    "environment representation": "#E69F00",
+    "lobe": "#D55E00",
+    "visibility": "#009E73",
+    "interreflection": "#56B4E9",
+    "distant environment": "#CC79A7",
+    "arithmetic": "#F0E442",
+    "pixel sampling": "#999999",
+    "technique": "#444444",
+}
+OTHERS = ("#6a3d9a", "#b15928", "#b2df8a", "#fb9a99", "#1f9e9e", "#a6761d")
 WIDTH = 100.0  # of a bar that is all of the error
 
 
@@ -19,7 +30,8 @@ def section(results: Mapping) -> dict | None:
     if not any(row["causes"] for row in rows):
         return None
     names = list(dict.fromkeys(cause["rung"] for row in rows for cause in row["causes"]))
-    colours = dict(zip(names, cycle(COLOURS), strict=False))
+    others = cycle(OTHERS)
+    colours = {name: COLOURS.get(name) or next(others) for name in names}
     # Bars share one scale; what makes up for others goes to the left of 0.
     left = max((-sum(min(c["fraction"]["value"], 0.0) for c in row["causes"]) for row in rows), default=0.0)
     right = max((sum(max(c["fraction"]["value"], 0.0) for c in row["causes"]) for row in rows), default=1.0)
