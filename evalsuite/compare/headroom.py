@@ -14,12 +14,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import sqrt
+from math import hypot, inf, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evalsuite.compare import metrics, statistics
+from evalsuite.compare import statistics
 from evalsuite.compare.headroom_search import Range, best_drawn, bracket, vertex
 from evalsuite.compare.statistics import Z95, Metric, Noisy
 
@@ -60,7 +60,7 @@ class Headroom:
 def reference(halves: tuple[NDArray, NDArray], standard_error: NDArray) -> Noisy:
     """The truth from its two independent halves and the standard error of their mean, each (P, 3)."""
     a, b = (np.asarray(half, np.float64) for half in halves)
-    return Noisy(0.5 * (a + b), np.asarray(standard_error, np.float64), 0.5 * (a - b))
+    return Noisy(0.5 * (a + b), np.asarray(standard_error, np.float64), 0.5 * (a - b), measured=True)
 
 
 def mean_square(picture: NDArray, truth: Noisy) -> float:
@@ -136,8 +136,16 @@ def _noise(difference: Float, truth: Noisy) -> float:
 def _relative_rms(image: Float, truth: Noisy) -> Metric:
     """As the cell's own rel_rmse."""
     still = np.zeros_like(image)
-    square = statistics.debiased(metrics.squared_error, Noisy(image, still, still), truth, quadratic=True)
-    return statistics.over_mean(square.map(sqrt), truth)
+    return statistics.relative_root(Noisy(image, still, still), truth)
+
+
+def _over_mean(metric: Metric, truth: Noisy) -> Metric:
+    """metric / mean(truth), widened by the relative uncertainty of that mean, as if the two were independent."""
+    mean, error = truth.grand_mean
+    if mean == 0:
+        return Metric(0.0, (0.0, 0.0)) if metric.value == 0 else Metric(inf, (inf, inf))
+    low, high = (hypot(end - metric.value, Z95 * metric.value * error / mean) for end in metric.ci95)
+    return Metric(metric.value / mean, (max(metric.value - low, 0.0) / mean, (metric.value + high) / mean))
 
 
 def _regret(published: Float, best: Float, truth: Noisy, hidden: float) -> Metric:
@@ -152,7 +160,7 @@ def _regret(published: Float, best: Float, truth: Noisy, hidden: float) -> Metri
 
     lowest = root(max(base, 0.0) + base_noise, difference - noise)
     highest = root(max(base - base_noise, 0.0), max(difference + noise, hidden))
-    return statistics.over_mean(Metric(root(max(base, 0.0), difference), (max(lowest, 0.0), highest)), truth)
+    return _over_mean(Metric(root(max(base, 0.0), difference), (max(lowest, 0.0), highest)), truth)
 
 
 def _per_pixel(images: list[Float], best: Float, truth: Noisy) -> Metric:
@@ -171,7 +179,7 @@ def _per_pixel(images: list[Float], best: Float, truth: Noisy) -> Metric:
     same = base - gain(truth.mean, truth.mean)
     half = Z95 * _noise(_chosen(images, truth.mean) - truth.mean, truth)
     ends = max(min(same, split) - half, 0.0), max(split + half, 0.0)
-    return statistics.over_mean(Metric(max(split, 0.0), ends).map(sqrt), truth)
+    return _over_mean(Metric(max(split, 0.0), ends).map(sqrt), truth)
 
 
 def _chosen(images: list[Float], truth: Float) -> Float:

@@ -236,4 +236,4 @@ def test_findings_read_the_pictures(tmp_path, flipped):
     assert found["envelopes"] is None
     (flip,) = found["rankings"]["flips"]
     assert flip["reference_id"] == "r" and flip["pixels"]["a"]["most_pixels"]["value"] < 0.01 and "highlights" in flip["text"]
-    assert findings(made[:1]) == {"envelopes": None, "rankings": None}
+    assert findings(made[:1]) == {"causes": [], "envelopes": None, "rankings": None}
