@@ -209,7 +209,7 @@ class Run(Steps):
         causes: list[str] = []
         lifted = None
         if technique.lifted(parameters) and "unoccluded" in {name for name, _ in truths(technique, target, parameters, True)}:
-            folder, meta, key = self.lifted(source, technique, parameters, image[1])
+            folder, meta, key = self.lifted(source, technique, parameters)
             causes, lifted = meta["causes"], (folder, key) if meta["causes"] else None
             result["notes"] += [f"Ledger: {meta['note']}"] if meta["note"] else []
         chain, references = truths(technique, target, parameters, bool(causes)), []

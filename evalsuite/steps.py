@@ -349,10 +349,13 @@ class Steps:
         place, meta, _ = self.once("comparison", key, make)
         return place, meta
 
-    def lifted(self, source: SceneSource, technique: Technique, parameters: Mapping, image_key: str) -> tuple[Path, dict, str]:
-        """An image's assumptions given up one by one: lifted.npz; meta: causes and a note. parameters: all of them."""
-        code = [file_digest(path) for path in module_files(PACKAGE / "gpu" / "lifted.py")]
-        key = digest([image_key, code, source_digest("math"), package_versions("scipy")])
+    def lifted(self, source: SceneSource, technique: Technique, parameters: Mapping) -> tuple[Path, dict, str]:
+        """A technique's assumptions given up one by one: lifted.npz; meta: causes and a note. parameters: all of them."""
+        # Formulas are Python: a technique's own shader does not change them.
+        files = {path for path in technique_files(technique.shader) if path.suffix == ".py"}
+        code = [file_digest(path) for path in sorted(files | set(module_files(PACKAGE / "gpu" / "lifted.py")))]
+        versions = [self.host()["gl_renderer"], package_versions("numpy", "scipy"), source_digest("scene/model.py")]
+        key = digest([self.fingerprint(source), technique.id, parameters, self.settings.supersample, code, versions])
 
         def make() -> tuple[Path, dict]:
             self.progress.step(f"assumptions of {technique.id} in {source.path.stem}")
