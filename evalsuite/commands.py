@@ -42,7 +42,6 @@ def run_report(
     console: Console,
 ) -> dict:
     """Make the cells, write results.json and the page into `directory`; returns the results."""
-    from evalsuite.compare.findings import findings
     from evalsuite.report import page
 
     store_results.prepare(directory)
@@ -66,9 +65,10 @@ def run_report(
             "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
             "host": run.host() | {"git": _git()},
             "comparisons": comparisons,
+            **run.findings(made),
         }
     found = headroom_pool.summary([cell for cell, _ in made])
-    header |= findings(made) | ({"headroom_summary": found} if found else {})
+    header |= {"headroom_summary": found} if found else {}
     results = store_results.write(directory, header, made)
     page.write(results, directory)
     return results

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import shlex
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
@@ -27,7 +27,7 @@ from evalsuite.plan import NEAR_FIELD, Cell, usual_cap
 from evalsuite.scene import builtin
 from evalsuite.scene.model import OWN, SUBJECT, Scene, SceneSource
 from evalsuite.steps import Progress, Settings, Steps
-from evalsuite.store.cache import digest
+from evalsuite.store.cache import digest, source_digest
 
 __all__ = ["Progress", "Run", "Settings", "reproduce", "run_cells"]
 
@@ -229,6 +229,16 @@ class Run(Steps):
         ]
         result |= {"ledger_total": meta["total"], "ledger_closure": meta["closure"]}
         files |= {f"rung-{k}": place / f"rung-{k}.exr" for k in range(len(rungs))}
+
+
+    def findings(self, made: Sequence[tuple[dict, Mapping[str, Path]]]) -> dict:
+        """What finished cells say together (`compare.findings`), kept while nothing they hold changes but the time they took."""
+        from evalsuite.compare.findings import findings
+
+        timing = {"wall_s", "cached", "reference_s"}
+        facts = [cell | {"cost": {k: v for k, v in cell["cost"].items() if k not in timing}} for cell, _ in made]
+        key = digest([facts, source_digest("compare")])
+        return self.once("findings", key, lambda: self.store.put("findings", key, findings(made)))[1]
 
 
 def reproduce(cell: Cell, settings: Settings) -> str:
