@@ -64,7 +64,7 @@ def test_only_what_a_change_touches_is_made_again(copy, run):
     changed(shader, "return fresnel * specular_reflectance", "return 0.5 * fresnel * specular_reflectance")
     halved, more = run()
     assert [t for t in TECHNIQUES if not halved[t]["cost"]["cached"]] == ["glossy-mcguire"]
-    assert more == made | {name: made[name] + 1 for name in ("image", "comparison", "chain")}
+    assert more == made | {name: made[name] + 1 for name in ("image", "comparison", "chain", "findings")}
     ratio = halved["glossy-mcguire"]["mean_image"] / first["glossy-mcguire"]["mean_image"]
     assert ratio == pytest.approx(0.5, rel=1e-4)
     for other in set(TECHNIQUES) - {"glossy-mcguire"}:
@@ -75,4 +75,5 @@ def test_only_what_a_change_touches_is_made_again(copy, run):
             "0.5 * texture(npr_map, 0.5 + 0.5 * p).rgb")  # fmt: skip
     shared, most = run()
     assert [t for t in TECHNIQUES if not shared[t]["cost"]["cached"]] == ["npr-sketch", "npr-hatching"]
-    assert most == more | {"image": more["image"] + 2, "comparison": more["comparison"] + 2}
+    both = {"image": more["image"] + 2, "comparison": more["comparison"] + 2}
+    assert most == more | both | {"findings": more["findings"] + 1}
