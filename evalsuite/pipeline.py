@@ -230,7 +230,6 @@ class Run(Steps):
         result |= {"ledger_total": meta["total"], "ledger_closure": meta["closure"]}
         files |= {f"rung-{k}": place / f"rung-{k}.exr" for k in range(len(rungs))}
 
-
     def findings(self, made: Sequence[tuple[dict, Mapping[str, Path]]]) -> dict:
         """What finished cells say together (`compare.findings`), kept while nothing they hold changes but the time they took."""
         from evalsuite.compare.findings import findings

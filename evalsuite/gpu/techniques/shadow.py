@@ -86,8 +86,21 @@ def twin(environment: Environment, normals: Float, to_view: Float, material: Set
 
 
 def twin_ambient(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
-    """Light of an environment, unshadowed: diffuse about n and, of a phong material, the lobe about r. Without the maps' texels,
-    which are fine enough (`default_face_size`)."""
+    """Prefiltered light of an environment, unshadowed: diffuse about n and, of a phong material, the lobe about r, each from a
+    cube map as `gpu.shadow.lighting` makes it."""
+    from evalsuite.gpu.shadow.lighting import DIFFUSE_FACE_SIZE
+    from evalsuite.gpu.techniques import diffuse_map, glossy_phong_map
+
+    diffuse = {"reflectance": material.get("reflectance", material.get("diffuse_reflectance", 0.0))}
+    out = diffuse_map.tabulated(environment, normals, to_view, diffuse, {"face_size": DIFFUSE_FACE_SIZE})
+    if "exponent" in material:
+        lobe = {"exponent": material["exponent"], "face_size": glossy_phong_map.default_face_size(material["exponent"])}
+        out = out + glossy_phong_map.tabulated(environment, normals, to_view, material, lobe)
+    return out
+
+
+def exact_ambient(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
+    """The same without texels."""
     diffuse = material.get("reflectance", material.get("diffuse_reflectance", 0.0))
     out = np.asarray(common.rgb(diffuse)) * common.exact_lobe(environment, 1.0, normals)
     if "exponent" in material:
