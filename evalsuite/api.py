@@ -47,12 +47,14 @@ class SceneHandle:
 @dataclass(frozen=True, eq=False)
 class Reference:
     """Ground truth. mean: (H, W, 3) float32 radiance [W m⁻² sr⁻¹]; standard_error: the same shape, of the mean; halves: two
-    independent means of half the samples each; mask: (H, W) bool, pixels that the scored materials cover whole; spp:
-    samples per pixel; reached_error: relative standard error reached in the mask; capped: whether sampling stopped early."""
+    independent means of half the samples each; skew: cube root of the third cumulant of the mean's noise [radiance]; mask: (H, W)
+    bool, pixels that the scored materials cover whole; spp: samples per pixel; reached_error: relative standard error reached in
+    the mask; capped: whether sampling stopped early."""
 
     mean: NDArray[np.float32]
     standard_error: NDArray[np.float32]
     halves: tuple[NDArray[np.float32], NDArray[np.float32]]
+    skew: NDArray[np.float32]
     mask: NDArray[np.bool_]
     spp: int
     reached_error: float
@@ -147,11 +149,12 @@ def reference(
     run = _run(Settings(target_error=target_error, cap=max_spp, size=scene.source.size))
     place, meta, *_ = run.reference(scene.bound, target, seed, settings)
     with np.load(place / "halves.npz") as halves:
-        a, b = halves["a"], halves["b"]
+        a, b, skew = halves["a"], halves["b"], halves["skew"]
     return Reference(
         exr.read(place / "reference.exr"),
         exr.read(place / "standard_error.exr"),
         (a, b),
+        skew,
         run.object_mask(scene.bound),
         meta["spp"],
         meta["reached_error"],
@@ -194,6 +197,7 @@ def compare(
             reference.mean,
             standard_error=reference.standard_error,
             halves=reference.halves,
+            skew=reference.skew,
             mask=reference.mask if mask is None else mask,
         )
     return compare_pictures(image, reference, standard_error=standard_error, mask=mask)
