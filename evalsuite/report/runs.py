@@ -1,0 +1,159 @@
+"""Two runs side by side: the page `index.html` of a comparison, and its table for the terminal."""
+
+from __future__ import annotations
+
+import importlib.resources
+from collections.abc import Mapping
+from pathlib import Path
+
+import jinja2
+import numpy as np
+from numpy.typing import NDArray
+from rich.table import Table
+from rich.text import Text
+
+from evalsuite.compare.disagreement import nearer
+from evalsuite.compare.run_folder import Run
+from evalsuite.image import ldr
+from evalsuite.image.color import tone_map
+from evalsuite.image.files import replacing
+from evalsuite.report import scales
+from evalsuite.report.numbers import estimate, interval, number
+from evalsuite.report.pictures import Picture
+from evalsuite.store.results import slug
+
+#: Verdict → (mark, words), in the order of the page.
+VERDICTS = {
+    "further": ("✗", "further from truth"),
+    "closer": ("✓", "closer to truth"),
+    "undecided": ("≈", "undecided"),
+    "unchanged": ("=", "unchanged"),
+    "unscored": ("–", "no score"),
+}
+#: What `reference` says → a note for the reader; "same" needs none.
+REFERENCES = {
+    "other samples": "the reference has other samples: noise no longer cancels",
+    "another truth": "the truth itself changed: each is held against its own",
+    "another size": "the pictures have another size: each is held against its own truth",
+    "no pixel in common": "no pixel counts in both",
+}
+_STYLES = {"further": "red", "closer": "green", "undecided": "yellow", "unchanged": "dim", "unscored": "dim"}
+_STATIC = ("page.css", "runs.css", "runs.js")
+
+
+def write(comparison: Mapping, a: Run, b: Run, directory: Path) -> Path:
+    """Write the page of a comparison of runs a and b into `directory`; returns index.html. Cells whose picture did not change
+    have none there. Raises EvalsuiteError for pictures that cannot be read and a folder that cannot be written."""
+    directory = Path(directory)
+    cells = [
+        {"data": row, "slug": slug(row["id"]), "pictures": _pictures(row, a, b, directory), "notes": notes(row)}
+        for row in ordered(comparison)
+    ]
+    static = importlib.resources.files("evalsuite.report").joinpath("static")
+    for name in _STATIC:
+        with replacing(directory / "static" / name) as temporary:
+            temporary.write_bytes(static.joinpath(name).read_bytes())
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("evalsuite.report"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
+    environment.filters |= {"number": number, "interval": interval, "estimate": estimate, "change": change}
+    html = environment.get_template("runs.html").render(
+        comparison=comparison, cells=cells, verdicts=VERDICTS, summary=summary(comparison), host=comparison["changes"],
+    )  # fmt: skip
+    with replacing(directory / "index.html") as temporary:
+        temporary.write_text(html, encoding="utf-8")
+    return directory / "index.html"
+
+
+def ordered(comparison: Mapping) -> list[Mapping]:
+    """Cells by verdict, each from the largest change of the squared error to the smallest."""
+    places = list(VERDICTS)
+
+    def key(row: Mapping) -> tuple[int, float]:
+        value = (row["relative"] or {}).get("value")
+        return places.index(row["verdict"]), -abs(value or 0.0)
+
+    return sorted(comparison["cells"], key=key)
+
+
+def summary(comparison: Mapping) -> str:
+    """The verdicts in a sentence."""
+    counts, total = comparison["counts"], len(comparison["cells"])
+    parts = [f"{counts[name]} {words}" for name, (_, words) in VERDICTS.items() if counts[name]]
+    text = f"Of {total} cells in both runs: {', '.join(parts)}." if total else "The runs have no cell in common."
+    alone = [f"{len(comparison[f'only_{side}'])} only in {side.upper()}" for side in "ab" if comparison[f"only_{side}"]]
+    return f"{text} {', '.join(alone).capitalize()}." if alone else text
+
+
+def notes(row: Mapping) -> list[str]:
+    """What else is otherwise between the two cells."""
+    said = [f"{one['what']}: {_said(one['a'])} → {_said(one['b'])}" for one in row["changes"]]
+    return [REFERENCES[row["reference"]]] * (row["reference"] in REFERENCES) + said
+
+
+def change(row: Mapping) -> str:
+    """The change of the squared error over A's, with its interval."""
+    return estimate(row["relative"], "%") if row["relative"] else "—" if row["difference"] else ""
+
+
+def table(comparison: Mapping) -> Table:
+    """One row a cell that is not unchanged, for the terminal."""
+    shown = Table(box=None, pad_edge=False, header_style="bold")
+    shown.add_column("verdict", no_wrap=True)
+    shown.add_column("cell", overflow="fold", min_width=20)
+    for name in ("rel_rmse A", "rel_rmse B", "squared error"):
+        shown.add_column(name, justify="right", no_wrap=True)
+    for row in ordered(comparison):
+        if row["verdict"] == "unchanged" and not row["changes"]:
+            continue
+        cell = Text(row["id"])
+        for note in notes(row):
+            cell.append(f"\n{note}", style="dim")
+        mark, words = VERDICTS[row["verdict"]]
+        errors = [Text(number(m["value"], "%") if m else "") for m in row["metrics"]["rel_rmse"].values()]
+        shown.add_row(Text(f"{mark} {words}", style=_STYLES[row["verdict"]]), cell, *errors, Text(change(row)))
+    return shown
+
+
+def _said(value: object) -> str:
+    return "—" if value in (None, "") else f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _pictures(row: Mapping, a: Run, b: Run, directory: Path) -> list[Picture]:
+    if row["verdict"] in ("unchanged", "unscored"):
+        return []
+    first, second = a.cells[row["id"]], b.cells[row["id"]]
+    exposure = float(first.get("exposure") or 1.0)
+    look = scales.radiance(exposure)
+    arrays = {
+        "a": (a.picture(first, "image"), "A", "picture of run A"),
+        "b": (b.picture(second, "image"), "B", "picture of run B"),
+    }
+    if row["reference"] in ("same", "other samples"):
+        truth = b.picture(second, "reference")
+        which = "Mitsuba's" if row["reference"] == "same" else "Mitsuba's in run B"
+        arrays["reference"] = truth, "Reference", which
+    else:
+        arrays["reference-a"] = a.picture(first, "reference"), "Reference of A", "Mitsuba's in run A"
+        arrays["reference-b"] = b.picture(second, "reference"), "Reference of B", "Mitsuba's in run B"
+    made = [(name, title, shows, tone_map(picture, exposure), look) for name, (picture, title, shows) in arrays.items()]
+    if "reference" in arrays:
+        inside = (a.picture(first, "mask")[..., 0] > 0.5) & (b.picture(second, "mask")[..., 0] > 0.5)
+        values, scale = _map(arrays["a"][0], arrays["b"][0], truth, inside)
+        made.append(
+            ("change", "Closer or further", "blue: B is closer to the reference, red: further", scale.colours(values), scale)
+        )
+    pictures = []
+    for name, title, shows, encoded, scale in made:
+        preview = f"pictures/{slug(row['id'])}/{name}.png"
+        ldr.write_png(directory / preview, encoded)
+        pictures.append(Picture(name, title, shows, preview, encoded.shape[1], encoded.shape[0], scale))
+    return pictures
+
+
+def _map(a: NDArray, b: NDArray, reference: NDArray, inside: NDArray[np.bool_]) -> tuple[NDArray, scales.Scale]:
+    """(|b − R| − |a − R|) over the mean of R in the mask, 0 outside it; and its scale."""
+    mean = float(reference[inside].mean()) or 1.0
+    values = np.where(inside, nearer(b, a, reference) / mean, 0.0)
+    words = "(|B − reference| − |A − reference|) / mean reference; blue: B closer, red: B further"
+    return values, scales.diverging(scales.nice_limit(values[inside], 1e-6), words, percent=True)
