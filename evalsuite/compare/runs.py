@@ -59,6 +59,7 @@ def _cell(run_a: Run, a: Mapping, run_b: Run, b: Mapping) -> dict:
         "difference": None,
         "relative": None,
         "reference": None,
+        "disagree": [],
     }
     of_metrics, of_cost = ([cell.get(key) or {} for cell in (a, b)] for key in ("metrics", "cost"))
     row["metrics"] = {name: dict(zip("ab", (m.get(name) for m in of_metrics), strict=True)) for name in TOLD}
@@ -72,6 +73,7 @@ def _cell(run_a: Run, a: Mapping, run_b: Run, b: Mapping) -> dict:
     else:
         low, high = difference.ci95
         row["verdict"] = "closer" if high < 0 else "further" if low > 0 else "undecided"
+    row["disagree"] = _disagree(row["verdict"], row["metrics"])
     return row | {
         "basis": basis,
         "quantity": quantity,
@@ -125,6 +127,18 @@ def _apart(a: Mapping, b: Mapping, metric: str) -> tuple[str, str, Metric]:
 
     difference = Metric(vb - va, (vb - va - width(vb - lb, ua - va), vb - va + width(ub - vb, va - la)))
     return "worst case" if alike else "independent", "rel_rmse²" if power == 2 else metric, difference
+
+
+def _disagree(verdict: str, metrics: Mapping) -> list[str]:
+    """Which of FLIP and SSIM contradict the verdict, their two intervals apart."""
+    names = []
+    for name, sign in (("flip", 1.0), ("ssim", -1.0)):
+        ends = [sorted(sign * end for end in m["ci95"]) for m in metrics[name].values() if m and None not in m["ci95"]]
+        if len(ends) == 2:
+            (a_low, a_high), (b_low, b_high) = ends
+            if (verdict == "closer" and b_low > a_high) or (verdict == "further" and b_high < a_low):
+                names.append(name)
+    return names
 
 
 def _ends(metric: Mapping | None, power: int) -> tuple[float, float, float]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib.resources
+import re
+import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -37,6 +39,7 @@ REFERENCES = {
     "another size": "the pictures have another size: each is held against its own truth",
     "no pixel in common": "no pixel counts in both",
 }
+METRICS = {"flip": "FLIP", "ssim": "SSIM"}
 _STYLES = {"further": "red", "closer": "green", "undecided": "yellow", "unchanged": "dim", "unscored": "dim"}
 _STATIC = ("page.css", "runs.css", "runs.js")
 
@@ -49,6 +52,10 @@ def write(comparison: Mapping, a: Run, b: Run, directory: Path) -> Path:
         {"data": row, "slug": slug(row["id"]), "pictures": _pictures(row, a, b, directory), "notes": notes(row)}
         for row in ordered(comparison)
     ]
+    kept = {cell["slug"] for cell in cells if cell["pictures"]}
+    for folder in (directory / "pictures").glob("*"):
+        if folder.name not in kept and re.search(r"-[0-9a-f]{8}$", folder.name):  # of an earlier comparison
+            shutil.rmtree(folder)
     static = importlib.resources.files("evalsuite.report").joinpath("static")
     for name in _STATIC:
         with replacing(directory / "static" / name) as temporary:
@@ -56,7 +63,7 @@ def write(comparison: Mapping, a: Run, b: Run, directory: Path) -> Path:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("evalsuite.report"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
-    environment.filters |= {"number": number, "interval": interval, "estimate": estimate, "change": change}
+    environment.filters |= {"number": number, "interval": interval, "estimate": estimate, "change": change, "signed": signed}
     html = environment.get_template("runs.html").render(
         comparison=comparison, cells=cells, verdicts=VERDICTS, summary=summary(comparison), host=comparison["changes"],
     )  # fmt: skip
@@ -82,25 +89,34 @@ def summary(comparison: Mapping) -> str:
     parts = [f"{counts[name]} {words}" for name, (_, words) in VERDICTS.items() if counts[name]]
     text = f"Of {total} cells in both runs: {', '.join(parts)}." if total else "The runs have no cell in common."
     alone = [f"{len(comparison[f'only_{side}'])} only in {side.upper()}" for side in "ab" if comparison[f"only_{side}"]]
-    return f"{text} {', '.join(alone).capitalize()}." if alone else text
+    return f"{text} {', '.join(alone)}." if alone else text
 
 
 def notes(row: Mapping) -> list[str]:
     """What else is otherwise between the two cells."""
     said = [f"{one['what']}: {_said(one['a'])} → {_said(one['b'])}" for one in row["changes"]]
-    return [REFERENCES[row["reference"]]] * (row["reference"] in REFERENCES) + said
+    opposite = [f"{METRICS[name]} says the opposite: {_values(row['metrics'][name])}" for name in row["disagree"]]
+    return [*filter(None, [REFERENCES.get(row["reference"])]), *opposite, *said]
+
+
+def signed(value: float | None) -> str:
+    """A change in per cent, with its sign."""
+    return "+" * (value is not None and value > 0) + number(value, "%")
 
 
 def change(row: Mapping) -> str:
     """The change of the squared error over A's, with its interval."""
-    return estimate(row["relative"], "%") if row["relative"] else "—" if row["difference"] else ""
+    if not row["relative"]:
+        return "—" if row["difference"] else ""
+    value = row["relative"]["value"]
+    return "+" * (value is not None and value > 0) + estimate(row["relative"], "%")
 
 
 def table(comparison: Mapping) -> Table:
     """One row a cell that is not unchanged, for the terminal."""
     shown = Table(box=None, pad_edge=False, header_style="bold")
     shown.add_column("verdict", no_wrap=True)
-    shown.add_column("cell", overflow="fold", min_width=20)
+    shown.add_column("cell", overflow="fold", min_width=16)
     for name in ("rel_rmse A", "rel_rmse B", "squared error"):
         shown.add_column(name, justify="right", no_wrap=True)
     for row in ordered(comparison):
@@ -110,9 +126,14 @@ def table(comparison: Mapping) -> Table:
         for note in notes(row):
             cell.append(f"\n{note}", style="dim")
         mark, words = VERDICTS[row["verdict"]]
+        words = words.removesuffix(" truth").removesuffix(" to").removesuffix(" from")
         errors = [Text(number(m["value"], "%") if m else "") for m in row["metrics"]["rel_rmse"].values()]
         shown.add_row(Text(f"{mark} {words}", style=_STYLES[row["verdict"]]), cell, *errors, Text(change(row)))
     return shown
+
+
+def _values(sides: Mapping) -> str:
+    return " → ".join(estimate(metric) for metric in sides.values())
 
 
 def _said(value: object) -> str:

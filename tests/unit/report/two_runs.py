@@ -54,7 +54,11 @@ def cell(directory: Path, identity: str, image: np.ndarray, of_reference: tuple[
 
 
 def run(directory: Path, cells: list[dict], **header: object) -> Path:
-    data = {"schema": "evalsuite.results/1", "title": "Two runs <script>window.pwned=1</script>", "created": "2025-01-01T12:00:00+00:00"} | header
+    data = {
+        "schema": "evalsuite.results/1",
+        "title": "Two runs <script>window.pwned=1</script>",
+        "created": "2025-01-01T12:00:00+00:00",
+    } | header
     (directory / "results.json").write_text(json.dumps(data | {"cells": cells}), encoding="utf-8")
     return directory
 
