@@ -133,7 +133,7 @@ def table(comparison: Mapping) -> Table:
 
 
 def _values(sides: Mapping) -> str:
-    return " → ".join(estimate(metric) for metric in sides.values())
+    return " → ".join(number(metric["value"]) for metric in sides.values())
 
 
 def _said(value: object) -> str:
