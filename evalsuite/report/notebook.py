@@ -54,12 +54,12 @@ def reference(mean: NDArray, mask: NDArray[np.bool_], spp: int, reached_error: f
         "samples": f"{spp} a pixel{', stopped at the cap' if capped else ''}",
         "relative standard error": number(reached_error, "%"),
     }
-    return _beside(_figure(tone_map(mean, exposure), scales.radiance(exposure), "Reference"), scene(facts))
+    return _beside(_figure(tone_map(mean, exposure), scales.radiance(exposure), "Reference"), scene(facts, "<br>"))
 
 
-def scene(facts: Mapping[str, str]) -> str:
+def scene(facts: Mapping[str, str], between: str = " · ") -> str:
     """Facts in a line or two."""
-    return "<div>" + " · ".join(f"<b>{escape(name)}</b> {escape(value)}" for name, value in facts.items()) + "</div>"
+    return "<div>" + between.join(f"<b>{escape(name)}</b> {escape(value)}" for name, value in facts.items()) + "</div>"
 
 
 def _figure(encoded: NDArray, scale: Scale, title: str) -> str:

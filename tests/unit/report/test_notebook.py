@@ -31,7 +31,7 @@ class Whole(HTMLParser):
     def handle_starttag(self, tag, attributes):
         self.tags.add(tag)
         self.addresses += [value for name, value in attributes if name in ("src", "href")]
-        if tag != "img":
+        if tag not in ("img", "br"):
             self.open.append(tag)
 
     def handle_endtag(self, tag):
