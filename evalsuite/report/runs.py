@@ -48,8 +48,14 @@ def write(comparison: Mapping, a: Run, b: Run, directory: Path) -> Path:
     """Write the page of a comparison of runs a and b into `directory`; returns index.html. Cells whose picture did not change
     have none there. Raises EvalsuiteError for pictures that cannot be read and a folder that cannot be written."""
     directory = Path(directory)
+    everywhere = in_all(comparison)
     cells = [
-        {"data": row, "slug": slug(row["id"]), "pictures": _pictures(row, a, b, directory), "notes": notes(row)}
+        {
+            "data": row,
+            "slug": slug(row["id"]),
+            "pictures": _pictures(row, a, b, directory),
+            "notes": [note for note in notes(row) if note not in everywhere],
+        }
         for row in ordered(comparison)
     ]
     kept = {cell["slug"] for cell in cells if cell["pictures"]}
@@ -66,6 +72,7 @@ def write(comparison: Mapping, a: Run, b: Run, directory: Path) -> Path:
     environment.filters |= {"number": number, "interval": interval, "estimate": estimate, "change": change, "signed": signed}
     html = environment.get_template("runs.html").render(
         comparison=comparison, cells=cells, verdicts=VERDICTS, summary=summary(comparison), host=comparison["changes"],
+        everywhere=everywhere,
     )  # fmt: skip
     with replacing(directory / "index.html") as temporary:
         temporary.write_text(html, encoding="utf-8")
@@ -99,6 +106,12 @@ def notes(row: Mapping) -> list[str]:
     return [*filter(None, [REFERENCES.get(row["reference"])]), *opposite, *said]
 
 
+def in_all(comparison: Mapping) -> list[str]:
+    """Notes that all of several cells have, which are said once."""
+    first, *others = [notes(row) for row in comparison["cells"]] or [[]]
+    return [note for note in first if others and all(note in other for other in others)]
+
+
 def signed(value: float | None) -> str:
     """A change in per cent, with its sign."""
     return "+" * (value is not None and value > 0) + number(value, "%")
@@ -119,11 +132,15 @@ def table(comparison: Mapping) -> Table:
     shown.add_column("cell", overflow="fold", min_width=16)
     for name in ("rel_rmse A", "rel_rmse B", "squared error"):
         shown.add_column(name, justify="right", no_wrap=True)
+    everywhere = in_all(comparison)
+    if everywhere:
+        shown.caption, shown.caption_justify = Text(f"In all cells: {'; '.join(everywhere)}"), "left"
     for row in ordered(comparison):
-        if row["verdict"] == "unchanged" and not row["changes"]:
+        own = [note for note in notes(row) if note not in everywhere]
+        if row["verdict"] == "unchanged" and not own:
             continue
         cell = Text(row["id"])
-        for note in notes(row):
+        for note in own:
             cell.append(f"\n{note}", style="dim")
         mark, words = VERDICTS[row["verdict"]]
         words = words.removesuffix(" truth").removesuffix(" to").removesuffix(" from")

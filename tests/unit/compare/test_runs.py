@@ -14,6 +14,7 @@ from evalsuite.compare.run_folder import Run
 from evalsuite.compare.runs import compare_runs
 from evalsuite.errors import EvalsuiteError
 from evalsuite.image import exr
+from evalsuite.report.runs import in_all, notes
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "report"))
 import two_runs as two
@@ -139,6 +140,19 @@ def test_noise_of_the_pictures_themselves_counts(tmp_path):
         exr.write(folder / "images" / "noise.exr", np.full_like(image, 0.05))
         two.run(folder, [cell])
     assert compare_folders(a, b, None)["cells"][0]["verdict"] == "undecided"
+
+
+def test_what_changed_everywhere_is_said_once(tmp_path):
+    a, b = (tmp_path / side for side in "ab")
+    for folder, seed in ((a, 0), (b, 1)):
+        two.run(folder, [two.cell(folder, two.name(s), two.picture(0.1 * (k + 1) / (seed + 1)), two.reference(2 * k + seed),
+                                  seed=seed, target_error=0.02 / (1 + k * seed)) for k, s in enumerate("xy")])  # fmt: skip
+    found = compare_folders(a, b, tmp_path / "out")
+    samples = "the reference has other samples: noise no longer cancels"
+    assert in_all(found) == [samples, "seed: 0 → 1"]
+    assert notes(found["cells"][1]) == [samples, "target_error: 0.02 → 0.01", "seed: 0 → 1"]
+    html = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
+    assert html.count(samples) == 1 and html.count("target_error: 0.02 → 0.01") == 2, "in the table and at the pictures"
 
 
 def damaged(folder, change):
