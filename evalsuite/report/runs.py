@@ -24,13 +24,13 @@ from evalsuite.report.numbers import estimate, interval, number
 from evalsuite.report.pictures import Picture
 from evalsuite.store.results import slug
 
-#: Verdict → (mark, words), in the order of the page.
+#: Verdict → (mark, word, how it goes on where there is room), in the order of the page.
 VERDICTS = {
-    "further": ("✗", "further from truth"),
-    "closer": ("✓", "closer to truth"),
-    "undecided": ("≈", "undecided"),
-    "unchanged": ("=", "unchanged"),
-    "unscored": ("–", "no score"),
+    "further": ("✗", "further", " from truth"),
+    "closer": ("✓", "closer", " to truth"),
+    "undecided": ("≈", "undecided", ""),
+    "unchanged": ("=", "unchanged", ""),
+    "unscored": ("–", "no score", ""),
 }
 #: What `reference` says → a note for the reader; "same" needs none.
 REFERENCES = {
@@ -93,7 +93,7 @@ def ordered(comparison: Mapping) -> list[Mapping]:
 def summary(comparison: Mapping) -> str:
     """The verdicts in a sentence."""
     counts, total = comparison["counts"], len(comparison["cells"])
-    parts = [f"{counts[name]} {words}" for name, (_, words) in VERDICTS.items() if counts[name]]
+    parts = [f"{counts[name]} {word}{rest}" for name, (_, word, rest) in VERDICTS.items() if counts[name]]
     text = f"Of {total} cells in both runs: {', '.join(parts)}." if total else "The runs have no cell in common."
     alone = [f"{len(comparison[f'only_{side}'])} only in {side.upper()}" for side in "ab" if comparison[f"only_{side}"]]
     return f"{text} {', '.join(alone)}." if alone else text
@@ -142,10 +142,10 @@ def table(comparison: Mapping) -> Table:
         cell = Text(row["id"])
         for note in own:
             cell.append(f"\n{note}", style="dim")
-        mark, words = VERDICTS[row["verdict"]]
-        words = words.removesuffix(" truth").removesuffix(" to").removesuffix(" from")
+        mark, word, _ = VERDICTS[row["verdict"]]
         errors = [Text(number(m["value"], "%") if m else "") for m in row["metrics"]["rel_rmse"].values()]
-        shown.add_row(Text(f"{mark} {words}", style=_STYLES[row["verdict"]]), cell, *errors, Text(change(row)))
+        shown.add_row(Text(f"{mark} {word}", style=_STYLES[row["verdict"]]), cell, *errors, Text(change(row)))
+    shown.show_header = shown.row_count > 0
     return shown
 
 

@@ -82,7 +82,7 @@ def page(browser, folder):
 
 
 def verdicts(page):
-    return [text[2:] for text in page.locator("#changes tbody tr:visible .verdict-mark").all_inner_texts()]
+    return [text.strip()[2:] for text in page.locator("#changes tbody tr:visible .verdict-mark").all_inner_texts()]
 
 
 def shown(page, scene: str, number: int) -> np.ndarray:
