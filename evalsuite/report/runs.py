@@ -9,19 +9,13 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import jinja2
-import numpy as np
-from numpy.typing import NDArray
 from rich.table import Table
 from rich.text import Text
 
-from evalsuite.compare.disagreement import nearer
 from evalsuite.compare.run_folder import Run
-from evalsuite.image import ldr
-from evalsuite.image.color import tone_map
 from evalsuite.image.files import replacing
-from evalsuite.report import scales
+from evalsuite.report import run_pictures
 from evalsuite.report.numbers import estimate, interval, number
-from evalsuite.report.pictures import Picture
 from evalsuite.store.results import slug
 
 #: Verdict → (mark, word, how it goes on where there is room), in the order of the page.
@@ -53,7 +47,7 @@ def write(comparison: Mapping, a: Run, b: Run, directory: Path) -> Path:
         {
             "data": row,
             "slug": slug(row["id"]),
-            "pictures": _pictures(row, a, b, directory),
+            "pictures": run_pictures.prepare(row, a, b, directory),
             "notes": [note for note in notes(row) if note not in everywhere],
         }
         for row in ordered(comparison)
@@ -155,43 +149,3 @@ def _values(sides: Mapping) -> str:
 
 def _said(value: object) -> str:
     return "—" if value in (None, "") else f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def _pictures(row: Mapping, a: Run, b: Run, directory: Path) -> list[Picture]:
-    if row["verdict"] in ("unchanged", "unscored"):
-        return []
-    first, second = a.cells[row["id"]], b.cells[row["id"]]
-    exposure = float(first.get("exposure") or 1.0)
-    look = scales.radiance(exposure)
-    arrays = {
-        "a": (a.picture(first, "image"), "A", "picture of run A"),
-        "b": (b.picture(second, "image"), "B", "picture of run B"),
-    }
-    if row["reference"] in ("same", "other samples"):
-        truth = b.picture(second, "reference")
-        which = "Mitsuba's" if row["reference"] == "same" else "Mitsuba's in run B"
-        arrays["reference"] = truth, "Reference", which
-    else:
-        arrays["reference-a"] = a.picture(first, "reference"), "Reference of A", "Mitsuba's in run A"
-        arrays["reference-b"] = b.picture(second, "reference"), "Reference of B", "Mitsuba's in run B"
-    made = [(name, title, shows, tone_map(picture, exposure), look) for name, (picture, title, shows) in arrays.items()]
-    if "reference" in arrays:
-        inside = (a.picture(first, "mask")[..., 0] > 0.5) & (b.picture(second, "mask")[..., 0] > 0.5)
-        values, scale = _map(arrays["a"][0], arrays["b"][0], truth, inside)
-        made.append(
-            ("change", "Closer or further", "blue: B is closer to the reference, red: further", scale.colours(values), scale)
-        )
-    pictures = []
-    for name, title, shows, encoded, scale in made:
-        preview = f"pictures/{slug(row['id'])}/{name}.png"
-        ldr.write_png(directory / preview, encoded)
-        pictures.append(Picture(name, title, shows, preview, encoded.shape[1], encoded.shape[0], scale))
-    return pictures
-
-
-def _map(a: NDArray, b: NDArray, reference: NDArray, inside: NDArray[np.bool_]) -> tuple[NDArray, scales.Scale]:
-    """(|b − R| − |a − R|) over the mean of R in the mask, 0 outside it; and its scale."""
-    mean = float(reference[inside].mean()) or 1.0
-    values = np.where(inside, nearer(b, a, reference) / mean, 0.0)
-    words = "(|B − reference| − |A − reference|) / mean reference; blue: B closer, red: B further"
-    return values, scales.diverging(scales.nice_limit(values[inside], 1e-6), words, percent=True)
