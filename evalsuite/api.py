@@ -22,6 +22,7 @@ from evalsuite.image import exr
 from evalsuite.lights.model import DecompositionSettings
 from evalsuite.pipeline import Progress, Run, Settings
 from evalsuite.plan import DISCS, QUALITY, TARGETS, Cell, Value, unknown
+from evalsuite.report import notebook
 from evalsuite.scene import builtin
 from evalsuite.scene.dependencies import check_parameters
 from evalsuite.scene.dependencies import parameters as scene_parameters
@@ -43,6 +44,20 @@ class SceneHandle:
     def bound(self) -> SceneSource:
         return replace(self.source, bindings=self.bindings)
 
+    def __repr__(self) -> str:
+        return f"SceneHandle({', '.join(f'{name} {value}' for name, value in self._facts().items())})"
+
+    def _repr_html_(self) -> str:
+        return notebook.scene(self._facts())
+
+    def _facts(self) -> dict[str, str]:
+        size = "{} × {} pixels".format(*self.source.size) if self.source.size else ""
+        environment = self.source.environment.name if self.source.environment else ""
+        stated = " ".join(f"{name}={value}" for name, value in self.source.defines.items())
+        bound = ", ".join(f"{name}: {bsdf.get('type')}" for name, bsdf in self.bindings.items())
+        facts = {"scene": self.source.path.name, "environment": environment, "size": size, "parameters": stated, "bound": bound}
+        return {name: value for name, value in facts.items() if value}
+
 
 @dataclass(frozen=True, eq=False)
 class Reference:
@@ -59,6 +74,17 @@ class Reference:
     spp: int
     reached_error: float
     capped: bool
+
+    def __repr__(self) -> str:
+        height, width = self.mask.shape
+        capped = ", stopped at the cap" if self.capped else ""
+        return f"Reference({width} × {height}, {self.spp} spp, relative standard error {self.reached_error:.2%}{capped})"
+
+    def _repr_html_(self) -> str:
+        return notebook.reference(self.mean, self.mask, self.spp, self.reached_error, self.capped)
+
+
+Comparison._repr_html_ = notebook.comparison  # compare knows no report
 
 
 @lru_cache(1)

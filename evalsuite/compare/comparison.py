@@ -57,6 +57,11 @@ class Comparison:
     pixels: int
     notes: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        told = (("rel_rmse", self.metrics["rel_rmse"]), ("rel_bias", self.metrics["rel_bias"]), ("flip", self.metrics["flip"]))
+        words = ", ".join(f"{name} {m.value:.3g} [{m.ci95[0]:.3g}, {m.ci95[1]:.3g}]" for name, m in told)
+        return f"Comparison({words}; {self.pixels} pixels)"
+
     def to_json(self) -> dict[str, object]:
         """All but the maps, as plain JSON."""
         return {
