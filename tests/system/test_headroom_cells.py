@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
+import schema
 
 
 @pytest.fixture(scope="module")
@@ -14,7 +15,9 @@ def run(evalsuite, tmp_path_factory):
     def call(*words):
         done = evalsuite("run", "--scene", "sphere", "--size", "48x48", "--headroom", "--out", folder, *words)
         assert done.code == 0, done.err
-        return json.loads((folder / "results.json").read_text()), (folder / "index.html").read_text()
+        results = json.loads((folder / "results.json").read_text())
+        schema.validate(results)
+        return results, (folder / "index.html").read_text()
 
     return call
 

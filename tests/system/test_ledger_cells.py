@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
+import schema
 
 
 @pytest.fixture(scope="module")
@@ -17,6 +18,7 @@ def cells(evalsuite, tmp_path_factory):
             done = evalsuite("run", "--size", "48x48", "--target-error", "0.01", "--out", out, *words)
             assert done.code == 0, done.err
             found[words] = json.loads((out / "results.json").read_text())
+            schema.validate(found[words])
         return found[words]
 
     return make

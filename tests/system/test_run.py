@@ -6,55 +6,14 @@ import json
 import shutil
 import time
 
-import jsonschema
 import numpy as np
 import pytest
+import schema
 from small_scene import scene_xml
 
 from evalsuite.image import exr
-from evalsuite.store.results import SCHEMA
 
 METRICS = "mse rmse relmse rel_rmse mae smape bias rel_bias psnr ssim flip flip_hdr delta_e2000 max_abs p99_abs".split()
-
-RESULTS = {
-    "type": "object",
-    "required": ["schema", "created", "host", "cells"],
-    "properties": {
-        "schema": {"const": SCHEMA},
-        "host": {"required": ["gl_renderer", "mitsuba", "variant", "drjit", "llvm", "cpu", "versions", "git"]},
-        "cells": {
-            "minItems": 1,
-            "items": {
-                "required": [
-                    "id",
-                    "scene",
-                    "technique",
-                    "parameters",
-                    "target",
-                    "certificate",
-                    "metrics",
-                    "regions",
-                    "ledger",
-                    "cost",
-                    "images",
-                ],
-                "properties": {
-                    "metrics": {
-                        "additionalProperties": {
-                            "required": ["value", "ci95"],
-                            "properties": {"ci95": {"type": "array", "minItems": 2, "maxItems": 2}},
-                        }
-                    },
-                    "certificate": {
-                        "required": ["passed", "coverage_iou", "normal_deg_p99", "depth_rel_p99", "background_rel_p99"]
-                    },
-                    "cost": {"required": ["gpu_ms", "reference_s", "reference_spp", "cached"]},
-                    "images": {"required": ["image", "reference", "standard_error", "error", "mask"]},
-                },
-            },
-        },
-    },
-}
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +53,7 @@ def test_a_users_own_scene_ends_with_a_page(first):
     results = json.loads((folder / "out put" / "results.json").read_text(encoding="utf-8"))
     for kind in ("csv", "md", "tex"):
         assert "diffuse-topmip" in (folder / "out put" / f"results.{kind}").read_text(encoding="utf-8")
-    jsonschema.validate(results, RESULTS)
+    schema.validate(results)
     assert [(c["technique"], c["target"], c["status"]) for c in results["cells"]] == [
         (t, target, "scored") for t in ("diffuse-sh9", "diffuse-topmip") for target in ("unoccluded", "direct")
     ]

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+import schema
 from scipy import ndimage
 
 from evalsuite.image import exr
@@ -45,7 +46,9 @@ def folder(tmp_path_factory):
 def run(evalsuite, folder, *words):
     done = evalsuite("run", "--scene", folder / "box.xml", "--out", folder / "out", *words)
     assert done.code == 0, done.err
-    return json.loads((folder / "out" / "results.json").read_text())["cells"]
+    results = json.loads((folder / "out" / "results.json").read_text())
+    schema.validate(results)
+    return results["cells"]
 
 
 def test_one_light_one_box_is_what_the_wedges_are_to_compute(evalsuite, folder):

@@ -91,7 +91,7 @@ def test_without_its_skewness_skewed_noise_is_taken_for_error():
 
 def debiased_coverage(kind, relative, error_scale, uneven, repetitions, with_skew=True, seed=11):
     """Share of the repetitions in which each debiased metric's interval holds its value on noise-free pictures."""
-    mean, error = truth(48)
+    mean, error = truth(32)
     rng, hits = np.random.default_rng(seed), Counter()
     noise = relative * np.where(rng.random(mean.shape[:2])[..., None] < 0.02, uneven, 1.0) if uneven > 1 else relative
     image = (mean + error_scale * error).reshape(-1, 3)
