@@ -6,7 +6,7 @@ Funk–Hecke: a kernel that depends on r·l alone multiplies band l of the map b
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +31,17 @@ def phong_bands(exponent: float, degree: int) -> Float:
 def phong_degree(exponent: float, tail: float = 1e-8) -> int:
     """Degree beyond which λ_l ≈ exp(−l²/2(N + 1)) is below `tail`; at least 64, for the edge of small N at the horizon."""
     return max(64, int(np.ceil(np.sqrt(-2.0 * (exponent + 1.0) * np.log(tail)))))
+
+
+def kernel_bands(kernel: Callable[[Float], Float], degree: int, nodes: int = 800) -> Float:
+    """λ_l = 2π ∫₀¹ K(c) P_l(c) dc of kernels that end at the horizon, (degree + 1, C). kernel: cosines (P,) → (P, C)."""
+    x, w = np.polynomial.legendre.leggauss(nodes)
+    cosine = 0.5 * (x + 1.0)
+    weighted = np.pi * w[:, None] * kernel(cosine)
+    polynomials = [np.ones_like(cosine), cosine]
+    for l in range(2, degree + 1):  # noqa: E741
+        polynomials.append(((2 * l - 1) * cosine * polynomials[-1] - (l - 1) * polynomials[-2]) / l)
+    return np.array(polynomials[: degree + 1]) @ weighted
 
 
 def legendre(cosine: Float, sine: Float, degree: int) -> Iterator[Float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
+from small_scene import scene_xml
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +67,27 @@ def test_a_narrow_lobe_is_whole(cells):
     results = cells("--scene", "sphere", "--env", "cosine", "-t", "glossy-phong-map", "-p", "exponent=5000")
     (cell,) = results["cells"]
     assert holds_zero(rung(cell, "lobe"))
+
+
+def gold(alpha):
+    values = f"""<float name="alpha" value="{alpha}"/><string name="distribution" value="ggx"/>
+        <rgb name="eta" value="0.143, 0.375, 1.442"/><rgb name="k" value="3.98, 2.39, 1.6"/>"""
+    return scene_xml(plugin="roughconductor", parameters=values)
+
+
+def test_fresnel_may_stand_outside_a_narrow_lobe(cells, tmp_path):
+    """N = 5000: F hardly varies over the lobe. N = 14: it does, at the rim above all."""
+    for name, alpha in (("narrow", 0.02), ("wide", 0.35)):
+        (tmp_path / f"{name}.xml").write_text(gold(alpha))
+        results = cells("--scene", str(tmp_path / f"{name}.xml"), "--env", "cosine", "-t", "glossy-mcguire")
+        (cell,) = results["cells"]
+        assert [one["rung"] for one in cell["ledger"]][:2] == ["lobe", "Fresnel outside"] and cell["ledger_closure"] < 1e-6
+        one = rung(cell, "Fresnel outside")
+        assert (one["from"], one["to"]) == ("Fresnel inside", "exact lobe")
+        assert holds_zero(one) == (name == "narrow")
+        assert (one["rel_bias"]["ci95"][0] > 0.003) == (name == "wide"), "F(n·v) is less than the lobe's mean of F(v·h)" + str(
+            one
+        )
 
 
 def test_a_user_s_shader_is_one_rung(cells, tmp_path):

@@ -243,3 +243,13 @@ def _lobe_field(environment: Environment, exponent: float) -> lobe_field.LobeFie
 def exact_lobe(environment: Environment, exponent: float, directions: Float) -> Float:
     """∫ (N + 1)/2π (d·l)₊^N L(l) dl about world directions d (P, 3), in float64 and without texels, (P, 3). N = 1: E/π."""
     return _lobe_field(environment, float(exponent))(directions @ np.asarray(environment.to_world, np.float64))
+
+
+@lru_cache(maxsize=12)
+def _cubic_lobe_field(environment: Environment, exponent: float) -> lobe_field.LobeField:
+    return _lobe_field(environment, exponent).cubic()
+
+
+def nearly_exact_lobe(environment: Environment, exponent: float, directions: Float) -> Float:
+    """The same within 2·10⁻³ of the lobe's peak, by a cubic spline, three times as fast: for what is small."""
+    return _cubic_lobe_field(environment, float(exponent))(directions @ np.asarray(environment.to_world, np.float64))
