@@ -97,13 +97,16 @@ def split_cell(
     rungs, exact, swapped = len(steps), 0, None
     if lifted_folder is not None:
         with np.load(Path(lifted_folder) / "lifted.npz") as lifted:
-            pictures = list(zip(lifted["images"], lifted["tolerances"], strict=True))[::-1]
+            pictures, tolerances = lifted["images"][::-1], lifted["tolerances"][::-1].astype(float)
             # Formulas know scored surfaces alone: elsewhere the picture is its own.
-            means += [np.where(mask[..., None], picture, image).astype(np.float64) for picture, _ in pictures]
-            steps += [chain.Step.computed(picture[mask], float(tolerance)) for picture, tolerance in pictures]
+            means += [np.where(mask[..., None], picture, image).astype(np.float64) for picture in pictures]
+            steps += [
+                chain.Step.computed(picture[mask], *tolerance, before[mask])
+                for picture, tolerance, before in zip(pictures, tolerances, [*pictures[1:], image], strict=True)
+            ]
             if "swapped" in lifted:
-                exact = rungs + len(pictures) - 1 - int(lifted["kernel"])  # the step whose filter is exact
-                swapped = chain.Step.computed(lifted["swapped"][mask], float(lifted["tolerances"][lifted["kernel"]]))
+                at = len(pictures) - 1 - int(lifted["kernel"])  # the picture whose filter is exact
+                exact, swapped = rungs + at, chain.Step.computed(lifted["swapped"][mask], tolerances[at, 0])
     found = chain.split([*steps, drawn])
     shares = [_rung(rung, found.total) for rung in found.rungs]
     if swapped is not None:

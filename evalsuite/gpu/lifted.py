@@ -21,14 +21,15 @@ from evalsuite.scene.model import Environment, Material, Scene
 @dataclass(frozen=True, eq=False)
 class Lifted:
     """causes: what each picture lifts beyond the one before it, from the technique's own towards the BRDF's integral. images:
-    (H, W, 3) float64, one a cause; 0 where a pixel shows anything but scored surfaces. tolerances: of each, relative.
+    (H, W, 3) float64, one a cause; 0 where a pixel shows anything but scored surfaces. tolerances: of each, relative to
+    itself and to what it changes.
     swapped: with the filter made exact on the technique's own texels, so that `environment representation` is lifted after
     `filter kernel`, whose place in causes is `kernel`; None where a technique does not say how. note: why there are none, or
     empty."""
 
     causes: tuple[str, ...]
     images: tuple[NDArray[np.float64], ...]
-    tolerances: tuple[float, ...]
+    tolerances: tuple[tuple[float, float], ...]
     swapped: NDArray[np.float64] | None = None
     kernel: int = -1
     note: str = ""
@@ -72,7 +73,7 @@ def lifted(scene: Scene, technique: Technique, settings: Mapping[str, object], s
     return Lifted(
         tuple(rung.cause for rung in rungs),
         tuple(images),
-        tuple(rung.tolerance for rung in rungs),
+        tuple((rung.tolerance, rung.of_change) for rung in rungs),
         None if swapped is None else np.where(whole, swapped / count, 0.0),
         kernel,
     )

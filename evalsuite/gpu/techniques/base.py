@@ -120,13 +120,14 @@ VISIBILITY, INTERREFLECTION, DISTANT = "visibility", "interreflection", "distant
 @dataclass(frozen=True)
 class Lift:
     """One assumption given up: radiance is the picture with this one and all before it lifted, cause what the picture before
-    it lacked. tolerance: of radiance, from its own numerics, relative to itself. made_by: whether a material, of these parameters
-    and its "plugin", is drawn under the assumption; where none of a scene's is, there is no rung. smooth: what is lifted varies
-    so little within a pixel that a diagonal of its sub-samples is enough."""
+    it lacked. tolerance: of radiance, from its own numerics, relative to itself; of_change: to what it lifts. made_by: whether a
+    material, of these parameters and its "plugin", is drawn under the assumption; where none of a scene's is, there is no rung.
+    smooth: what is lifted varies so little within a pixel that a diagonal of its sub-samples is enough."""
 
     cause: str
     radiance: Twin
     tolerance: float = 1e-6
+    of_change: float = 0.0
     made_by: Callable[[Settings], bool] = lambda material: True
     smooth: bool = False
 

@@ -38,7 +38,7 @@ def _is_coat(material: Settings) -> bool:
     return material["plugin"] == "plastic"
 
 
-LIFTS = (*dielectric.lifted(_blend), Lift(FRESNEL, _inside, lobe_field.TOLERANCE, _is_coat))
+LIFTS = (*dielectric.lifted(_blend), Lift(FRESNEL, _inside, lobe_field.TOLERANCE, made_by=_is_coat))
 
 
 def target_bsdf(settings: Settings) -> dict[str, object]:

@@ -150,7 +150,7 @@ def of_box_mips(twin: Twin, exact: Twin, cause: str = ARITHMETIC) -> tuple[Lift,
 
 def fresnel_inside(exact: Twin, made_by: Callable[[Settings], bool]) -> Lift:
     """After `of_box_mips`: the very lobe with the Fresnel factor within its integral."""
-    return Lift(FRESNEL, exact, fresnel_lobe.TOLERANCE, made_by, smooth=True)
+    return Lift(FRESNEL, exact, lobe_field.TOLERANCE, fresnel_lobe.TOLERANCE, made_by, smooth=True)
 
 
 def of_tables(twin: Twin, exact: Twin, cause: str = ARITHMETIC, tolerance: float = lobe_field.TOLERANCE) -> tuple[Lift, ...]:
