@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
-from small_scene import scene_xml
+from small_scene import scene_xml, write_cube_room
 
 
 @pytest.fixture(scope="module")
@@ -67,6 +67,26 @@ def test_a_narrow_lobe_is_whole(cells):
     results = cells("--scene", "sphere", "--env", "cosine", "-t", "glossy-phong-map", "-p", "exponent=5000")
     (cell,) = results["cells"]
     assert holds_zero(rung(cell, "lobe"))
+
+
+def test_walls_at_infinity_are_the_environment_and_near_ones_are_not(cells, tmp_path):
+    """A sphere alone between six shining walls, 10⁴ and 4 of its radii away; the map holds them at infinity."""
+    (tmp_path / "scene.xml").write_text(
+        scene_xml().replace('<scene version="3.0.0">', '<scene version="3.0.0"><default name="room" value="far.xml"/>')
+    )
+    write_cube_room(tmp_path, "far.xml", 1e4)
+    write_cube_room(tmp_path, "near.xml", 4.0)
+    found = {}
+    for name in ("far", "near"):
+        results = cells("--scene", str(tmp_path / "scene.xml"), "--env", str(tmp_path / "map.exr"), "-t", "diffuse-topmip",
+                        "--target", "near-field", "-p", f"room={name}.xml")  # fmt: skip
+        (cell,) = results["cells"]
+        assert cell["ledger_closure"] < 1e-6
+        assert [one["rung"] for one in cell["ledger"]][:3] == ["distant environment", "interreflection", "visibility"]
+        found[name] = rung(cell, "distant environment")
+    far, near = found["far"], found["near"]
+    assert holds_zero(far) and far["rel_rmse"]["value"] < 0.005
+    assert not holds_zero(near) and near["rel_rmse"]["ci95"][0] > 0.05
 
 
 def gold(alpha):
