@@ -6,6 +6,7 @@ for the cut tail; between the nodes, four or more of them to the lobe's standard
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
 from evalsuite.math import zonal
+from evalsuite.math.radial_lobe import RadialLobe
 from evalsuite.math.sphere import direction_to_latlong
 
 Float = NDArray[np.float64]
@@ -23,6 +25,11 @@ _NODES = 5.0  # to the lobe's standard deviation 1/√(N + 1)
 #: Of what the spline returns, over the largest value of the field (measured on a lamp of one texel: N = 1, whose
 #: horizon is a kink; from N = 2 on below 10⁻⁶).
 TOLERANCE = 3e-5
+
+
+_RADIAL_DEGREE = 128
+#: Of a tabulated lobe's field, rms, against sums over the lobe in the office (α = 0.1 … 0.4).
+RADIAL_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +69,20 @@ def field(radiance: ArrayLike, bands: ArrayLike, rows: int) -> LobeField:
     padded = np.concatenate([padded[:, -_PAD:], padded, padded[:, :_PAD]], axis=1)
     filtered = [ndimage.spline_filter(padded[..., c], order=_ORDER, mode="mirror") for c in range(padded.shape[-1])]
     return LobeField(np.array(filtered), rows, np.abs(grid).max(axis=(0, 1)))
+
+
+def radial(radiance: ArrayLike, lobes: Sequence[RadialLobe]) -> tuple[LobeField, ...]:
+    """∫ p L dl / ∫ p dl of lobes tabulated over the distance from their axes. Spectra are cut where
+    all have fallen to 10⁻⁴, or at degree 128."""
+    bands = np.stack([zonal.round_bands(lambda a, p=p: p(2.0 * np.sin(0.5 * a)), _RADIAL_DEGREE) for p in lobes], axis=-1)
+    bands = bands / bands[0]
+    degree = max(16, int(np.nonzero((np.abs(bands) > 1e-4).any(axis=-1))[0].max()))
+    whole = field(radiance, bands[: degree + 1], max(129, int(2.5 * degree)))
+    channels = np.asarray(radiance).shape[-1]
+    return tuple(
+        LobeField(whole.coefficients[k : k + channels], whole.rows, whole.largest[k : k + channels])
+        for k in range(0, channels * len(lobes), channels)
+    )
 
 
 def phong(radiance: ArrayLike, exponent: float) -> LobeField:
