@@ -111,6 +111,7 @@ Twin = Callable[[Environment, Float, Float, Settings, Settings], Float]
 ARITHMETIC = "arithmetic"  # the shader, its float32 and its textures, for the formula in float64
 REPRESENTATION = "environment representation"  # texels for the environment
 KERNEL = "filter kernel"  # a box, a band limit or samples for the lobe that they stand for
+ROUGHNESS = "roughness levels"  # a mix of prefiltered levels for the lobe of the material's own roughness
 FRESNEL = "Fresnel outside"  # F at one angle before the integral for F within it, over the technique's own lobe
 LOBE = "lobe"  # a round lobe without horizon for the BRDF's own integral
 SAMPLING = "pixel sampling"  # sub-samples for the whole pixel, where nothing else is left

@@ -13,6 +13,7 @@ from evalsuite.gpu.techniques.base import (
     ARITHMETIC,
     KERNEL,
     REPRESENTATION,
+    ROUGHNESS,
     Float,
     Lift,
     Parameter,
@@ -118,10 +119,6 @@ def _own_lobe(environment: Environment, normals: Float, to_view: Float, material
     """The lobe of the material's own α."""
     r = phong.reflect(to_view, normals)
     return _mean(environment, r, rough_conductor.alpha(material)) * _factor(normals, to_view, material)
-
-
-#: The chain's linear mix of two levels for the lobe of the material's own roughness.
-ROUGHNESS = "roughness levels"
 
 
 def _lifts(settings: Settings) -> tuple[Lift, ...]:
