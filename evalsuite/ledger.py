@@ -5,10 +5,12 @@ from __future__ import annotations
 from evalsuite.gpu.techniques.base import (
     ARITHMETIC,
     DISTANT,
+    FRESNEL,
     INTERREFLECTION,
     KERNEL,
     LOOKUP,
     REPRESENTATION,
+    ROUGHNESS,
     VISIBILITY,
     Settings,
     Technique,
@@ -20,7 +22,13 @@ TRUTHS = ((NEAR_FIELD, DISTANT), ("path", INTERREFLECTION), ("direct", VISIBILIT
 #: A technique's own error, where nothing says what it is made of.
 WHOLE = "technique"
 #: What a picture is once an assumption is given up.
-LIFTED = {ARITHMETIC: "float64", REPRESENTATION: "no texels", KERNEL: "exact lobe"}
+LIFTED = {
+    ARITHMETIC: "float64",
+    REPRESENTATION: "no texels",
+    KERNEL: "exact lobe",
+    FRESNEL: "Fresnel inside",
+    ROUGHNESS: "own roughness",
+}
 
 
 def truths(technique: Technique, target: str, settings: Settings, lifted: bool) -> tuple[tuple[str, str], ...]:

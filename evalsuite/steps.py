@@ -364,7 +364,7 @@ class Steps:
             )
 
             def fill(folder: Path) -> None:
-                swapped = {} if found.swapped is None else {"swapped": found.swapped.astype(np.float32)}
+                swapped = {} if found.swapped is None else {"swapped": found.swapped.astype(np.float32), "kernel": found.kernel}
                 images = np.array(found.images, np.float32)
                 np.savez_compressed(folder / "lifted.npz", images=images, tolerances=np.array(found.tolerances), **swapped)
 

@@ -95,22 +95,26 @@ def split_cell(
         sigma = exr.read(folder / "standard_error.exr")[mask].astype(np.float64)
         steps.append(chain.Step(means[-1][mask], sigma, noise_of[mask], True))
     drawn = chain.Step(own.mean, own.standard_error, own.noise, own.measured)
-    rungs, swapped = len(steps), None
+    rungs, exact, swapped = len(steps), 0, None
     if lifted_folder is not None:
         with np.load(Path(lifted_folder) / "lifted.npz") as lifted:
-            pictures = list(zip(lifted["images"], lifted["tolerances"], strict=True))[::-1]
+            pictures, tolerances = lifted["images"][::-1], lifted["tolerances"][::-1].astype(float)
             # Formulas know scored surfaces alone: elsewhere the picture is its own.
-            means += [np.where(mask[..., None], picture, image).astype(np.float64) for picture, _ in pictures]
-            steps += [chain.Step.computed(picture[mask], float(tolerance)) for picture, tolerance in pictures]
+            means += [np.where(mask[..., None], picture, image).astype(np.float64) for picture in pictures]
+            steps += [
+                chain.Step.computed(picture[mask], *tolerance, before[mask])
+                for picture, tolerance, before in zip(pictures, tolerances, [*pictures[1:], image], strict=True)
+            ]
             if "swapped" in lifted:
-                swapped = chain.Step.computed(lifted["swapped"][mask], float(pictures[0][1]))
+                at = len(pictures) - 1 - int(lifted["kernel"])  # the picture whose filter is exact
+                exact, swapped = rungs + at, chain.Step.computed(lifted["swapped"][mask], tolerances[at, 0])
     found = chain.split([*steps, drawn])
     shares = [_rung(rung, found.total) for rung in found.rungs]
     if swapped is not None:
         # … exact lobe → exact lobe on the technique's own texels → its formula …
-        other = chain.split([*steps[: rungs + 1], swapped, *steps[rungs + 2 :], drawn])
-        shares[rungs + 1]["other_order"] = _rung(other.rungs[rungs], found.total)
-        shares[rungs]["other_order"] = _rung(other.rungs[rungs + 1], found.total)
+        other = chain.split([*steps[: exact + 1], swapped, *steps[exact + 2 :], drawn])
+        shares[exact + 1]["other_order"] = _rung(other.rungs[exact], found.total)
+        shares[exact]["other_order"] = _rung(other.rungs[exact + 1], found.total)
     means.append(image.astype(np.float64))
     images = {f"rung-{k}": (end - start).astype(np.float32) for k, (start, end) in enumerate(pairwise(means))}
     return {"meta": {"rungs": shares, "total": found.total, "closure": found.closure}, "images": images}

@@ -56,10 +56,11 @@ class Step:
         return cls(image, sigma, sigma * sign[:, None], False)
 
     @classmethod
-    def computed(cls, image: NDArray, tolerance: float) -> Step:
-        """A picture without noise. tolerance: relative to each value."""
+    def computed(cls, image: NDArray, tolerance: float, of_change: float = 0.0, before: NDArray | None = None) -> Step:
+        """A picture without noise. tolerance: relative to each value; of_change: to what it changes of the picture before."""
         image = np.asarray(image, np.float64)
-        return cls(image, np.zeros_like(image), np.zeros_like(image), True, tolerance * np.abs(image))
+        changed = 0.0 if before is None else of_change * np.abs(image - before)
+        return cls(image, np.zeros_like(image), np.zeros_like(image), True, tolerance * np.abs(image) + changed)
 
     def __sub__(self, other: Step) -> Noisy:
         sigma = np.hypot(self.standard_error, other.standard_error)

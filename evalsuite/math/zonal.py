@@ -6,7 +6,7 @@ Funk–Hecke: a kernel that depends on r·l alone multiplies band l of the map b
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +31,29 @@ def phong_bands(exponent: float, degree: int) -> Float:
 def phong_degree(exponent: float, tail: float = 1e-8) -> int:
     """Degree beyond which λ_l ≈ exp(−l²/2(N + 1)) is below `tail`; at least 64, for the edge of small N at the horizon."""
     return max(64, int(np.ceil(np.sqrt(-2.0 * (exponent + 1.0) * np.log(tail)))))
+
+
+def kernel_bands(kernel: Callable[[Float], Float], degree: int, nodes: int = 800) -> Float:
+    """λ_l = 2π ∫₀¹ K(c) P_l(c) dc of kernels that end at the horizon, (degree + 1, C). kernel: cosines (P,) → (P, C)."""
+    x, w = np.polynomial.legendre.leggauss(nodes)
+    cosine = 0.5 * (x + 1.0)
+    return _polynomials(cosine, degree) @ (np.pi * w[:, None] * kernel(cosine))
+
+
+def round_bands(kernel: Callable[[Float], Float], degree: int, nodes: int = 6000) -> Float:
+    """λ_l = 2π ∫₀^π K(ψ) P_l(cos ψ) sin ψ dψ of a kernel over the angle ψ [rad], l = 0 … degree. Midpoint rule in √ψ, dense about
+    the axis."""
+    t = (np.arange(nodes) + 0.5) / nodes
+    angle = np.pi * t * t
+    return _polynomials(np.cos(angle), degree) @ (2.0 * np.pi * kernel(angle) * np.sin(angle) * 2.0 * np.pi * t / nodes)
+
+
+def _polynomials(cosine: Float, degree: int) -> Float:
+    """P_l, (degree + 1, P)."""
+    values = [np.ones_like(cosine), cosine]
+    for l in range(2, degree + 1):  # noqa: E741
+        values.append(((2 * l - 1) * cosine * values[-1] - (l - 1) * values[-2]) / l)
+    return np.array(values[: degree + 1])
 
 
 def legendre(cosine: Float, sine: Float, degree: int) -> Iterator[Float]:
@@ -67,7 +90,9 @@ def _rows(radiance: Float, degree: int) -> tuple[Float, Float, Float]:
 
 
 def _orders(radiance: Float, bands: Float, theta_out: Float) -> Iterator[NDArray[np.complex128]]:
-    """For m = 0 … degree the (T, C) amplitudes of e^{imφ} of ∫ L(l) K(r·l) dω on circles of latitude θ."""
+    """For m = 0 … degree the (T, C) amplitudes of e^{imφ} of ∫ L(l) K(r·l) dω on circles of latitude θ. bands of several
+    kernels, (degree + 1, K), give (T, K C)."""
+    bands = bands if bands.ndim == 2 else bands[:, None]
     degree, width = len(bands) - 1, radiance.shape[1]
     theta, weights, rows = _rows(radiance, degree)
     m = np.arange(degree + 1)
@@ -78,7 +103,8 @@ def _orders(radiance: Float, bands: Float, theta_out: Float) -> Iterator[NDArray
     both = zip(legendre(np.cos(theta), np.sin(theta), degree), legendre(np.cos(theta_out), np.sin(theta_out), degree),
                strict=True)  # fmt: skip
     for order, (analysis, synthesis) in enumerate(both):
-        yield synthesis.T @ (bands[order:, None] * (analysis @ weighted[:, order]))
+        coefficients = analysis @ weighted[:, order]
+        yield synthesis.T @ (bands[order:, :, None] * coefficients[:, None]).reshape(len(coefficients), -1)
 
 
 def convolve(radiance: ArrayLike, bands: ArrayLike, directions: ArrayLike) -> Float:
@@ -93,10 +119,11 @@ def convolve(radiance: ArrayLike, bands: ArrayLike, directions: ArrayLike) -> Fl
 
 
 def convolve_grid(radiance: ArrayLike, bands: ArrayLike, rows: int) -> Float:
-    """The same at the nodes θ = jπ/(rows − 1), φ = 2πi/2(rows − 1) of a grid, poles included: (rows, 2(rows − 1), C)."""
+    """The same at the nodes θ = jπ/(rows − 1), φ = 2πi/2(rows − 1) of a grid, poles included: (rows, 2(rows − 1), C), or with
+    several kernels' bands (degree + 1, K) as (rows, 2(rows − 1), K C)."""
     radiance, bands = np.asarray(radiance, dtype=np.float64), np.asarray(bands, dtype=np.float64)
     theta, columns = np.linspace(0.0, np.pi, rows), 2 * (rows - 1)
-    amplitudes = np.zeros((rows, columns, radiance.shape[-1]), np.complex128)
+    amplitudes = np.zeros((rows, columns, radiance.shape[-1] * bands[0].size), np.complex128)
     for order, amplitude in enumerate(_orders(radiance, bands, theta)):
         amplitudes[:, order % columns] += (1.0 if order == 0 else 2.0) * amplitude  # real part of the sum: aliases add up too
     return np.fft.ifft(amplitudes, axis=1).real * columns

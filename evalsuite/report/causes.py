@@ -13,6 +13,7 @@ COLOURS = {
     "filter kernel": "#0072B2",
     "environment representation": "#E69F00",
     "lobe": "#D55E00",
+    "Fresnel outside": "#882255",
     "visibility": "#009E73",
     "interreflection": "#56B4E9",
     "distant environment": "#CC79A7",

@@ -6,6 +6,7 @@ import json
 
 import pytest
 import schema
+from small_scene import scene_xml, write_cube_room
 
 
 @pytest.fixture(scope="module")
@@ -68,6 +69,46 @@ def test_a_narrow_lobe_is_whole(cells):
     results = cells("--scene", "sphere", "--env", "cosine", "-t", "glossy-phong-map", "-p", "exponent=5000")
     (cell,) = results["cells"]
     assert holds_zero(rung(cell, "lobe"))
+
+
+def test_walls_at_infinity_are_the_environment_and_near_ones_are_not(cells, tmp_path):
+    """A sphere alone between six shining walls, 10⁴ and 4 of its radii away; the map holds them at infinity."""
+    (tmp_path / "scene.xml").write_text(
+        scene_xml().replace('<scene version="3.0.0">', '<scene version="3.0.0"><default name="room" value="far.xml"/>')
+    )
+    write_cube_room(tmp_path, "far.xml", 1e4)
+    write_cube_room(tmp_path, "near.xml", 4.0)
+    found = {}
+    for name in ("far", "near"):
+        results = cells("--scene", str(tmp_path / "scene.xml"), "--env", str(tmp_path / "map.exr"), "-t", "diffuse-topmip",
+                        "--target", "near-field", "-p", f"room={name}.xml")  # fmt: skip
+        (cell,) = results["cells"]
+        assert cell["ledger_closure"] < 1e-6
+        assert [one["rung"] for one in cell["ledger"]][:3] == ["distant environment", "interreflection", "visibility"]
+        found[name] = rung(cell, "distant environment")
+    far, near = found["far"], found["near"]
+    assert holds_zero(far) and far["rel_rmse"]["value"] < 0.005
+    assert not holds_zero(near) and near["rel_rmse"]["ci95"][0] > 0.05
+
+
+def gold(alpha):
+    values = f"""<float name="alpha" value="{alpha}"/><string name="distribution" value="ggx"/>
+        <rgb name="eta" value="0.143, 0.375, 1.442"/><rgb name="k" value="3.98, 2.39, 1.6"/>"""
+    return scene_xml(plugin="roughconductor", parameters=values)
+
+
+def test_fresnel_may_stand_outside_a_narrow_lobe(cells, tmp_path):
+    """N = 5000: F hardly varies over the lobe. N = 14: it does, at the rim above all."""
+    for name, alpha, env in (("narrow", 0.02, "cosine"), ("wide", 0.35, "office")):
+        (tmp_path / f"{name}.xml").write_text(gold(alpha))
+        results = cells("--scene", str(tmp_path / f"{name}.xml"), "--env", env, "-t", "glossy-mcguire")
+        (cell,) = results["cells"]
+        assert [one["rung"] for one in cell["ledger"]][:2] == ["lobe", "Fresnel outside"] and cell["ledger_closure"] < 1e-6
+        one = rung(cell, "Fresnel outside")
+        assert (one["from"], one["to"]) == ("Fresnel inside", "exact lobe")
+        assert holds_zero(one) == (name == "narrow")
+        assert (one["rel_rmse"]["value"] < 1e-4) == (name == "narrow")
+        assert (one["rel_rmse"]["ci95"][0] > 0.01) == (name == "wide")
 
 
 def test_a_user_s_shader_is_one_rung(cells, tmp_path):

@@ -111,7 +111,9 @@ Twin = Callable[[Environment, Float, Float, Settings, Settings], Float]
 ARITHMETIC = "arithmetic"  # the shader, its float32 and its textures, for the formula in float64
 REPRESENTATION = "environment representation"  # texels for the environment
 KERNEL = "filter kernel"  # a box, a band limit or samples for the lobe that they stand for
-LOBE = "lobe"  # a round lobe without horizon, Fresnel outside the integral, for the BRDF's own integral
+ROUGHNESS = "roughness levels"  # a mix of prefiltered levels for the lobe of the material's own roughness
+FRESNEL = "Fresnel outside"  # F at one angle before the integral for F within it, over the technique's own lobe
+LOBE = "lobe"  # a round lobe without horizon for the BRDF's own integral
 SAMPLING = "pixel sampling"  # sub-samples for the whole pixel, where nothing else is left
 VISIBILITY, INTERREFLECTION, DISTANT = "visibility", "interreflection", "distant environment"
 
@@ -119,11 +121,16 @@ VISIBILITY, INTERREFLECTION, DISTANT = "visibility", "interreflection", "distant
 @dataclass(frozen=True)
 class Lift:
     """One assumption given up: radiance is the picture with this one and all before it lifted, cause what the picture before
-    it lacked. tolerance: of radiance, from its own numerics, relative to itself."""
+    it lacked. tolerance: of radiance, from its own numerics, relative to itself; of_change: to what it lifts. made_by: whether a
+    material, of these parameters and its "plugin", is drawn under the assumption; where none of a scene's is, there is no rung.
+    smooth: what is lifted varies so little within a pixel that a diagonal of its sub-samples is enough."""
 
     cause: str
     radiance: Twin
     tolerance: float = 1e-6
+    of_change: float = 0.0
+    made_by: Callable[[Settings], bool] = lambda material: True
+    smooth: bool = False
 
 
 @dataclass(frozen=True, eq=False)

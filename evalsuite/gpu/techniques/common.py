@@ -12,7 +12,7 @@ import numpy as np
 
 from evalsuite.errors import EvalsuiteError
 from evalsuite.gpu.techniques.base import Float, FreeParameter, Parameter, Prepared, Settings
-from evalsuite.math import cubemap, lobe_field, phong, sh
+from evalsuite.math import cubemap, lobe_field, phong, radial_lobe, sh
 from evalsuite.scene.model import Environment, Material, Scene, Texture
 
 if TYPE_CHECKING:
@@ -243,3 +243,19 @@ def _lobe_field(environment: Environment, exponent: float) -> lobe_field.LobeFie
 def exact_lobe(environment: Environment, exponent: float, directions: Float) -> Float:
     """∫ (N + 1)/2π (d·l)₊^N L(l) dl about world directions d (P, 3), in float64 and without texels, (P, 3). N = 1: E/π."""
     return _lobe_field(environment, float(exponent))(directions @ np.asarray(environment.to_world, np.float64))
+
+
+@lru_cache(maxsize=8)
+def radial_fields(environment: Environment, *lobes: radial_lobe.RadialLobe) -> tuple[lobe_field.LobeField, ...]:
+    """The means of an environment under lobes about any direction of the map's frame, without texels."""
+    return lobe_field.radial(environment.radiance, lobes)
+
+
+@lru_cache(maxsize=12)
+def _cubic_lobe_field(environment: Environment, exponent: float) -> lobe_field.LobeField:
+    return _lobe_field(environment, exponent).cubic()
+
+
+def nearly_exact_lobe(environment: Environment, exponent: float, directions: Float) -> Float:
+    """The same within 2·10⁻³ of the lobe's peak, by a cubic spline, three times as fast: for what is small."""
+    return _cubic_lobe_field(environment, float(exponent))(directions @ np.asarray(environment.to_world, np.float64))

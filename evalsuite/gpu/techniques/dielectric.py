@@ -92,6 +92,9 @@ def _without_texels(band_limited: bool) -> Parts:
     return parts
 
 
+without_texels = _without_texels(False)
+
+
 def lifted(put_together: Callable[[Float, Float, Float, Settings], Float], matte: bool = True) -> tuple[Lift, ...]:
     """Formula, then no texels, then no band limit of the Lambert part. put_together: (F, F L_m, L_d, material) → radiance."""
 
@@ -101,7 +104,7 @@ def lifted(put_together: Callable[[Float, Float, Float, Settings], Float], matte
         )
 
     rungs = Lift(ARITHMETIC, of(twin_parts)), Lift(REPRESENTATION, of(_without_texels(True)))
-    return (*rungs, Lift(KERNEL, of(_without_texels(False)), lobe_field.TOLERANCE)) if matte else rungs
+    return (*rungs, Lift(KERNEL, of(without_texels), lobe_field.TOLERANCE)) if matte else rungs
 
 
 def target(combine: str) -> Callable[[Settings], dict[str, object]]:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from evalsuite.gpu.techniques import common, dielectric
-from evalsuite.gpu.techniques.base import Float, Parameter, Settings, StandsFor, Technique
+import numpy as np
+
+from evalsuite.gpu.techniques import common, dielectric, lifts
+from evalsuite.gpu.techniques.base import FRESNEL, Float, Lift, Parameter, Settings, StandsFor, Technique
+from evalsuite.math import lobe_field
 from evalsuite.scene.model import Environment, Material
 
 #: Mitsuba takes the diffuse reflection inside plastic's coat from a fitted polynomial of η. One minus it is 4 % short at 2.5
@@ -22,7 +25,20 @@ def _blend(weight: Float, mirror: Float, matte: Float, material: Settings) -> Fl
     return mirror + (matte if material.get("combine") == "add" else (1.0 - weight) * matte)
 
 
-LIFTS = dielectric.lifted(_blend)
+def _inside(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
+    """F(n·v) L(r) + k_d ∫ (1 − F(n·l)) (n·l)₊/π L dl."""
+    _, mirror, _ = dielectric.without_texels(environment, normals, to_view, material, settings)
+    factor = "dielectric", common.rgb(material["eta"])
+    matte = np.asarray(common.rgb(material.get("diffuse_reflectance", 0.0)))
+    return mirror + matte * lifts.exact_entering(environment, normals, factor)
+
+
+def _is_coat(material: Settings) -> bool:
+    """`fresnelmirror` itself takes F outside, as the notes do."""
+    return material["plugin"] == "plastic"
+
+
+LIFTS = (*dielectric.lifted(_blend), Lift(FRESNEL, _inside, lobe_field.TOLERANCE, made_by=_is_coat))
 
 
 def target_bsdf(settings: Settings) -> dict[str, object]:

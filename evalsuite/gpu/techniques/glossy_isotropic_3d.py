@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evalsuite.gpu.techniques import common, rough_conductor
-from evalsuite.gpu.techniques.base import Float, Parameter, Prepared, Settings, StandsFor, Technique
-from evalsuite.math import cube_tree, fresnel, isotropic_map, microfacet, octahedral, phong, radial_lobe
+from evalsuite.gpu.techniques import common, lifts, rough_conductor
+from evalsuite.gpu.techniques.base import Float, Lift, Parameter, Prepared, Settings, StandsFor, Technique
+from evalsuite.math import cube_tree, fresnel, isotropic_map, lobe_field, microfacet, octahedral, phong, radial_lobe
 from evalsuite.scene.model import Environment, Material, Scene
 
 if TYPE_CHECKING:
@@ -62,26 +64,53 @@ def _maps(environment: Environment, *shaping: object) -> list[list[Float]]:
     return [[radial_lobe.filter_tree(tree, axes, one.shape) for one in row] for row in _lobes(settings)]
 
 
+#: Lobe and slice, world directions (P, 3) → mean radiance (P, 3).
+LookUp = Callable[[int, int, Float], Float]
+
+
 def twin(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
     """Σ over lobes of E(n·r) times the trilinear look-up about the lobe's axis, in float64."""
+    volume = _maps(environment, *(settings[p.name] for p in _SHAPING))
+    return _summed(lambda lobe, k, axis: octahedral.bilinear(volume[lobe][k], axis), normals, to_view, material, settings)
+
+
+def _without_texels(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
+    """The same from each lobe's integral over the lat-long map."""
+    to_local, lobes = np.asarray(environment.to_world, np.float64), _lobes(settings)
+    fields = common.radial_fields(environment, *(one.shape for row in lobes for one in row))
+
+    def look_up(lobe: int, k: int, axis: Float) -> Float:
+        return fields[lobe * settings["slices"] + k](axis @ to_local)
+
+    return _summed(look_up, normals, to_view, material, settings)
+
+
+def _summed(look_up: LookUp, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
     specular, eta, k = rough_conductor.reflectance(material)
     energy, lobes = _energies(settings, eta, k), _lobes(settings)
-    volume = _maps(environment, *(settings[p.name] for p in _SHAPING))
     r, n_r = phong.reflect(to_view, normals), np.clip((normals * to_view).sum(-1), 0.0, 1.0)
     towards_n = normals - n_r[:, None] * r
     towards_n /= np.maximum(np.linalg.norm(towards_n, axis=-1, keepdims=True), 1e-6)
     position = np.sqrt(n_r) * (settings["slices"] - 1)
     below = np.minimum(position.astype(int), settings["slices"] - 2)
     total = np.zeros((len(normals), 3))
-    for row, row_energy, row_maps in zip(lobes, energy, volume, strict=True):
+    for which, (row, row_energy) in enumerate(zip(lobes, energy, strict=True)):
         shift = np.interp(position, np.arange(len(row)), [one.shift for one in row])[:, None]
         axis = np.cos(shift) * r + np.sin(shift) * towards_n
-        for i, texels in enumerate(row_maps):
+        for i in range(len(row)):
             near = (below == i) | (below + 1 == i)
+            if not near.any():
+                continue
             weight = 1.0 - np.abs(position[near] - i)[:, None]
             e = np.stack([np.interp(position[near], np.arange(len(row)), row_energy[:, c]) for c in range(3)], -1)
-            total[near] += weight * e * octahedral.bilinear(texels, axis[near])
+            total[near] += weight * e * look_up(which, i, axis[near])
     return specular * total
+
+
+def _lifts(settings: Settings) -> tuple[Lift, ...]:
+    """No texels only from α = 0.1 on: the slices at grazing angles hold ridges whose spectra have no end."""
+    formula, no_texels = lifts.of_tables(twin, _without_texels, tolerance=lobe_field.RADIAL_TOLERANCE)
+    return (formula, replace(no_texels, smooth=True)) if settings["alpha"] >= 0.1 else (formula,)
 
 
 def fill(scene: Scene, settings: Settings) -> dict[str, object]:
@@ -131,6 +160,7 @@ TECHNIQUE = Technique(
     twin_bound_reason="float32 directions of the resampled map at the edge of the sun, 10⁵ × the sky (2·10⁻³ there, 4·10⁻⁴ in "
     "the cathedral, 2·10⁻⁵ elsewhere)",
     twin_settings={"face_size": 32, "map_size": 12, "slices": 3, "lobes": 2},
+    lifts=_lifts,
     defines=lambda settings: {"LOBES": settings["lobes"], "SLICES": settings["slices"]},
     fill=fill,
 )

@@ -59,7 +59,10 @@ TECHNIQUE = Technique(
     twin=twin,
     twin_settings={"face_size": 32},
     fill=common.fill_face_size,
-    lifts=lambda settings: lifts.of_box_mips(twin, lifts.exact_glossy),
+    lifts=lambda settings: (
+        *lifts.of_box_mips(twin, lifts.exact_glossy),
+        lifts.fresnel_inside(lifts.glossy_fresnel, lifts.has_fresnel),
+    ),
     represented=lifts.as_cube,
     free=(common.FREE_LOD_OFFSET,),
 )

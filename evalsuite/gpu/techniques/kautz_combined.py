@@ -10,8 +10,8 @@ import numpy as np
 
 from evalsuite.errors import EvalsuiteError
 from evalsuite.gpu.techniques import common, glossy_boxmip, lifts
-from evalsuite.gpu.techniques.base import Float, Parameter, Prepared, Settings, StandsFor, Technique
-from evalsuite.math import fresnel, phong, sh
+from evalsuite.gpu.techniques.base import Float, Lift, Parameter, Prepared, Settings, StandsFor, Technique
+from evalsuite.math import fresnel, fresnel_lobe, phong, sh
 from evalsuite.scene.model import Environment, Material, Scene
 
 if TYPE_CHECKING:
@@ -70,6 +70,29 @@ def _exact(environment: Environment, normals: Float, to_view: Float, material: S
     lobe = {"exponent": settings["exponent"], "specular_reflectance": material.get("specular_reflectance", 1.0)}
     matte = lifts.exact_diffuse(environment, normals, to_view, material, settings)
     return (1.0 - weight) * matte + weight * lifts.exact_glossy(environment, normals, to_view, lobe, settings)
+
+
+def _inside(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
+    """k_d ∫ (1 − F(n·l)) (n·l)₊/π L dl + k_s times the whole lobe about r with F(v·h) in its integral."""
+    f, exponent = common.rgb(_normal_reflectance(material)), float(settings["exponent"])
+    cosine = np.clip((normals * to_view).sum(-1, keepdims=True), 0.0, 1.0)
+    lobe = {"exponent": exponent, "specular_reflectance": material.get("specular_reflectance", 1.0)}
+    glossy = fresnel.fresnel_schlick(cosine, f) * lifts.exact_glossy(environment, normals, to_view, lobe, settings)
+    specular = np.asarray(common.rgb(lobe["specular_reflectance"]))
+    glossy += specular * lifts.within_lobe(environment, normals, to_view, exponent, ("schlick", f))
+    matte = np.asarray(common.rgb(material.get("diffuse_reflectance", 0.0)))
+    return matte * lifts.exact_entering(environment, normals, ("schlick", f)) + glossy
+
+
+def _lifts(settings: Settings) -> tuple[Lift, ...]:
+    rungs = lifts.of_box_mips(twin, _exact)
+    wide = settings["exponent"] is not None and settings["exponent"] < fresnel_lobe.LOWEST_EXPONENT
+    return rungs if wide else (*rungs, lifts.fresnel_inside(_inside, _is_coat))
+
+
+def _is_coat(material: Settings) -> bool:
+    """`kautz` itself takes F outside, as the paper does."""
+    return material["plugin"] == "roughplastic"
 
 
 def _unit(value: object) -> tuple[float, float, float]:
@@ -137,6 +160,6 @@ TECHNIQUE = Technique(
     twin_settings=glossy_boxmip.TECHNIQUE.twin_settings,
     twin_bound=glossy_boxmip.TECHNIQUE.twin_bound,
     twin_bound_reason=glossy_boxmip.TECHNIQUE.twin_bound_reason,
-    lifts=lambda settings: lifts.of_box_mips(twin, _exact),
+    lifts=_lifts,
     represented=lifts.as_cube,
 )  # fmt: skip

@@ -12,6 +12,8 @@ from evalsuite.gpu.techniques import common, rough_conductor
 from evalsuite.gpu.techniques.base import (
     ARITHMETIC,
     KERNEL,
+    REPRESENTATION,
+    ROUGHNESS,
     Float,
     Lift,
     Parameter,
@@ -20,7 +22,8 @@ from evalsuite.gpu.techniques.base import (
     StandsFor,
     Technique,
 )
-from evalsuite.math import cube_tree, cubemap, fresnel, phong, prefilter, radial_lobe
+from evalsuite.math import cube_tree, cubemap, fresnel, lobe_field, phong, prefilter, radial_lobe
+from evalsuite.math.sphere import latlong_lookup
 from evalsuite.scene.model import Environment, Material, Scene
 
 if TYPE_CHECKING:
@@ -75,23 +78,61 @@ def _chain(environment: Environment, face_size: int, map_size: int, samples: int
 
 def twin(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
     """P(r, α)(F₀ A + B) from the same sample sets and table nodes, in float64."""
-    from evalsuite.gpu.prefilter import brdf_table
 
     chain = _chain(environment, *(settings[name] for name in ("face_size", "map_size", "samples", "prefilter")))
     alpha = rough_conductor.alpha(material)
+    return chain.lookup(phong.reflect(to_view, normals), np.sqrt(alpha) * (LEVELS - 1)) * _factor(normals, to_view, material)
+
+
+def _factor(normals: Float, to_view: Float, material: Settings) -> Float:
+    """F₀ A + B and the material's own factor."""
+    from evalsuite.gpu.prefilter import brdf_table
+
     specular, eta, k = rough_conductor.reflectance(material)
-    a, b = np.moveaxis(brdf_table.lookup((normals * to_view).sum(-1, keepdims=True), alpha), -1, 0)
-    radiance = chain.lookup(phong.reflect(to_view, normals), np.sqrt(alpha) * (LEVELS - 1))
-    return specular * radiance * (fresnel.fresnel_conductor(1.0, eta, k) * a + b)
+    table = brdf_table.lookup((normals * to_view).sum(-1, keepdims=True), rough_conductor.alpha(material))
+    a, b = np.moveaxis(table, -1, 0)
+    return specular * (fresnel.fresnel_conductor(1.0, eta, k) * a + b)
+
+
+@lru_cache(maxsize=8)
+def _lobe(alpha: float) -> radial_lobe.RadialLobe:
+    return radial_lobe.ggx_at_normal_incidence(alpha)
+
+
+def _mean(environment: Environment, axis: Float, alpha: float) -> Float:
+    """P(r, α) without texels. α = 0: the environment itself."""
+    local = axis @ np.asarray(environment.to_world, np.float64)
+    return (
+        latlong_lookup(environment.radiance, local) if alpha == 0.0 else common.radial_fields(environment, _lobe(alpha))[0](local)
+    )
+
+
+def _without_texels(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
+    """The two levels' lobes over the lat-long map, mixed as the chain mixes them."""
+    r, level = phong.reflect(to_view, normals), np.sqrt(rough_conductor.alpha(material)) * (LEVELS - 1)
+    below = min(int(level), LEVELS - 2)
+    means = [_mean(environment, r, (k / (LEVELS - 1)) ** 2) for k in (below, below + 1)]
+    return (means[0] + (level - below) * (means[1] - means[0])) * _factor(normals, to_view, material)
+
+
+def _own_lobe(environment: Environment, normals: Float, to_view: Float, material: Settings, settings: Settings) -> Float:
+    """The lobe of the material's own α."""
+    r = phong.reflect(to_view, normals)
+    return _mean(environment, r, rough_conductor.alpha(material)) * _factor(normals, to_view, material)
 
 
 def _lifts(settings: Settings) -> tuple[Lift, ...]:
-    """Formula, then the whole sum instead of samples, in the same texels."""
+    """Formula, the whole sum instead of samples in the same texels, no texels, the lobe of the roughness itself."""
 
     def summed(environment: Environment, normals: Float, to_view: Float, material: Settings, own: Settings) -> Float:
         return twin(environment, normals, to_view, material, {**own, "prefilter": "quadrature"})
 
-    return (Lift(ARITHMETIC, twin), *([] if settings["prefilter"] == "quadrature" else [Lift(KERNEL, summed, 1e-3)]))
+    return (
+        Lift(ARITHMETIC, twin),
+        *([] if settings["prefilter"] == "quadrature" else [Lift(KERNEL, summed, 1e-3)]),
+        Lift(REPRESENTATION, _without_texels, lobe_field.RADIAL_TOLERANCE),
+        Lift(ROUGHNESS, _own_lobe, lobe_field.RADIAL_TOLERANCE),
+    )
 
 
 def _not_ggx(material: Material) -> str | None:
