@@ -116,7 +116,8 @@ def costliest(results: Mapping) -> Iterator[Finding]:
             lines.append(((f"{row['technique']}: undecided between {first['rung']} ({measured(first['fraction'], '%')}) and "
                            f"{second['rung']} ({measured(second['fraction'], '%')}){over}.", ""),))  # fmt: skip
             continue
-        words: tuple[Part, ...] = ((f"{_capital(first['rung'])}: {share}{over}; its largest share is in ", ""), (place, place))
+        where = _name(cells[place]) if place in cells else (place, place)
+        words: tuple[Part, ...] = ((f"{_capital(first['rung'])}: {share}{over}; its largest share is in ", ""), where)
         if rung:
             words += ((f", there a relative RMSE of {measured(rung['rel_rmse'], '%')}", ""),)
         lines.append((*words, (".", "")))
