@@ -1,4 +1,5 @@
-"""The HTML page of a run: `index.html`, `static/` and `cells/`, opened from disk with no server and no network."""
+"""The HTML page of a run: `index.html`, a page for each cell in `cells/`, and `static/`; opened from disk with no server and
+no network."""
 
 from __future__ import annotations
 
@@ -56,31 +57,37 @@ def write(results: Mapping, directory: Path) -> Path:
         cells.append({"slug": name, "pictures": shown, "problems": problems, "data": cell, "row": _row(cell)})
     _remove_stale(directory / "cells", {c["slug"] for c in cells})
     _write_static(directory / "static")
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("evalsuite.report"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
-    )  # fmt: skip
-    environment.filters |= {"number": number, "interval": interval, "plain": _plain, "short": _short,
-                            "worst_region": where.worst, "curve_plots": where.plots}  # fmt: skip
-    counts = {status: sum(c["data"].get("status") == status for c in cells) for status in STATUS}
+    environment = _environment()
+    shared = {"results": results, "metrics": METRICS, "statuses": STATUS, "region_rows": where.ROWS}
+    for before, cell, after in zip([None, *cells], cells, [*cells[1:], None], strict=False):
+        words = {"root": "../", "cell": cell, "before": before and before["slug"], "after": after and after["slug"]}
+        _put(directory / "cells" / f"{cell['slug']}.html", environment.get_template("cell_page.html").render(**shared, **words))
     across = {
         "causes": causes.section(results),
         "envelopes": envelopes.section(results, directory),
         "rankings": rankings.section(results, directory),
     }
-    html = environment.get_template("index.html").render(
-        results=results,
-        cells=cells,
-        metrics=METRICS,
-        statuses=STATUS,
-        counts=counts,
-        host=_host(results.get("host") or {}),
-        region_rows=where.ROWS,
-        **across,
-    )
+    counts = {status: sum(c["data"].get("status") == status for c in cells) for status in STATUS}
     index = directory / "index.html"
-    with replacing(index) as temporary:
-        temporary.write_text(html, encoding="utf-8")
+    host = _host(results.get("host") or {})
+    _put(index, environment.get_template("index.html").render(**shared, **across, cells=cells, counts=counts, host=host))
     return index
+
+
+def _environment() -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("evalsuite.report"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
+    environment.filters |= {"number": number, "interval": interval, "plain": _plain, "short": _short,
+                            "worst_region": where.worst, "curve_plots": where.plots}  # fmt: skip
+    return environment
+
+
+def _put(path: Path, text: str) -> None:
+    """Write a text unless it stands there already."""
+    if not (path.is_file() and path.read_text(encoding="utf-8") == text):
+        with replacing(path) as temporary:
+            temporary.write_text(text, encoding="utf-8")
 
 
 def number(value: float | None, unit: str = "", digits: int = 3, resolve: float = 0.0) -> str:

@@ -14,7 +14,9 @@ def run(evalsuite, tmp_path_factory):
     def call(*words):
         done = evalsuite("run", "--scene", "sphere", "--size", "48x48", "--headroom", "--out", folder, *words)
         assert done.code == 0, done.err
-        return json.loads((folder / "results.json").read_text()), (folder / "index.html").read_text()
+        return json.loads((folder / "results.json").read_text()), "".join(
+            page.read_text() for page in folder.glob("cells/*.html")
+        )
 
     return call
 

@@ -45,17 +45,23 @@ class Tags(HTMLParser):
 
 def test_everything_named_is_there_and_nothing_is_remote(written):
     directory, _ = written
-    tags = Tags()
-    tags.feed((directory / "index.html").read_text(encoding="utf-8"))
-    assert tags.scripts == ["static/flipbook.js", "static/page.js"], "no script but ours"
-    files = [r for r in tags.references if not r.startswith(("#", "data:"))]
-    assert len(files) > 20 and all((directory / r).is_file() for r in files)
+    scripts = {"index.html": ["static/visit.js", "static/overview.js"]}
+    pages = [directory / "index.html", *(directory / "cells").glob("*.html")]
+    assert len(pages) == 1 + 7
+    for file in pages:
+        tags = Tags()
+        tags.feed(file.read_text(encoding="utf-8"))
+        assert tags.scripts == scripts.get(file.name, [f"../static/{n}.js" for n in ("flipbook", "visit", "cell")]), (
+            "no script but ours"
+        )
+        files = [r for r in tags.references if not r.startswith(("#", "data:"))]
+        assert len(files) >= 5 and all((file.parent / r).is_file() for r in files)
     assert "MIT License" in (directory / "static" / "flipbook.LICENSE.txt").read_text()
 
 
 def test_names_stay_text(written):
     directory, _ = written
-    html = (directory / "index.html").read_text(encoding="utf-8")
+    html = (directory / "index.html").read_text(encoding="utf-8") + synthetic.cell_pages(directory)
     assert synthetic.HOSTILE not in html and html.count("&lt;script&gt;window.pwned=1&lt;/script&gt;") >= 5
     assert pictures.js_json("</script>\u2028<!--&") == '"\\u003c/script\\u003e\\u2028\\u003c!--\\u0026"'
     assert json.loads(pictures.js_json({"a": "</script>\u2028é"})) == {"a": "</script>\u2028é"}
@@ -106,7 +112,7 @@ def test_unreadable_and_missing_pictures_are_named(tmp_path):
     (tmp_path / results["cells"][0]["images"]["flip"]).unlink()
     (tmp_path / results["cells"][0]["images"]["error"]).write_bytes(b"junk")
     page.write(results, tmp_path)
-    html = (tmp_path / "index.html").read_text(encoding="utf-8")
+    html = synthetic.cell_pages(tmp_path)
     assert "FLIP cannot be shown" in html and "Signed difference cannot be shown" in html
 
 

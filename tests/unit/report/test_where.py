@@ -70,7 +70,7 @@ def test_on_the_page(tmp_path):
     results = synthetic.results(tmp_path)
     results["cells"] = results["cells"][:2]
     page.write(results, tmp_path)
-    html = (tmp_path / "index.html").read_text(encoding="utf-8")
+    html = synthetic.cell_pages(tmp_path)
     assert html.count("Where the error is") == 2
     svgs = re.findall(r"<svg.*?</svg>", html, re.DOTALL)
     assert len(svgs) == 4
