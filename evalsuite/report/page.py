@@ -6,7 +6,6 @@ from __future__ import annotations
 import importlib.metadata
 import importlib.resources
 import importlib.util
-import math
 import os
 import re
 import shutil
@@ -18,6 +17,7 @@ import jinja2
 
 from evalsuite.image.files import replacing
 from evalsuite.report import causes, envelopes, pictures, rankings, where
+from evalsuite.report.numbers import interval, number, plain
 from evalsuite.report.scales import short
 from evalsuite.store.results import slug
 
@@ -78,7 +78,7 @@ def _environment() -> jinja2.Environment:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("evalsuite.report"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
-    environment.filters |= {"number": number, "interval": interval, "plain": _plain, "short": _short,
+    environment.filters |= {"number": number, "interval": interval, "plain": plain, "short": _short,
                             "worst_region": where.worst, "curve_plots": where.plots}  # fmt: skip
     return environment
 
@@ -88,51 +88,6 @@ def _put(path: Path, text: str) -> None:
     if not (path.is_file() and path.read_text(encoding="utf-8") == text):
         with replacing(path) as temporary:
             temporary.write_text(text, encoding="utf-8")
-
-
-def number(value: float | None, unit: str = "", digits: int = 3, resolve: float = 0.0) -> str:
-    """A figure for a table: significant digits, more if needed to show a difference of `resolve`; — for none."""
-    if value is None or not math.isfinite(value):
-        return "—"
-    factor = 100 if unit == "%" else 1
-    magnitude = abs(value) * factor
-    if magnitude == 0:
-        text = "0"
-    elif 1e-3 <= magnitude < 1e5:
-        decimals = digits - 1 - math.floor(math.log10(magnitude))
-        if resolve > 0:
-            decimals = max(decimals, min(-math.floor(math.log10(resolve * factor)), 6))
-        text = f"{magnitude:.{max(0, decimals)}f}"
-    else:
-        text = f"{magnitude:.{digits - 1}e}"
-    return ("−" if value < 0 and text.strip("0.") else "") + text + (f" {unit}" if unit else "")
-
-
-def interval(metric: Mapping | None, unit: str = "") -> str:
-    """lo … hi, with enough digits to tell them apart; an open end is ∞."""
-    if not metric:
-        return ""
-    lo, hi = metric["ci95"]
-    if lo == hi and lo is not None:
-        return "no interval"
-    width = hi - lo if lo is not None and hi is not None else 0.0
-    first, last = (number(v, unit, resolve=width).replace(f" {unit}", "") for v in (lo, hi))
-    return f"{'−∞' if lo is None else first} … {'∞' if hi is None else last}"
-
-
-def _plain(value: object) -> str:
-    """Parameters and facts as text."""
-    if value is None:
-        return "—"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    if isinstance(value, list | tuple):
-        return ", ".join(_plain(v) for v in value)
-    if isinstance(value, Mapping):
-        return ", ".join(f"{k} {_plain(v)}" for k, v in value.items())
-    return str(value)
 
 
 def _short(value: float | None) -> str:
@@ -146,7 +101,7 @@ def _row(cell: Mapping) -> dict[str, object]:
     certificate = cell.get("certificate")
     return {
         "environment": cell.get("environment") or parameters.get("env") or "",
-        "parameters": "\n".join(f"{k} = {_plain(v)}" for k, v in parameters.items() if k != "env"),
+        "parameters": "\n".join(f"{k} = {plain(v)}" for k, v in parameters.items() if k != "env"),
         "gpu_ms": cost.get("gpu_ms"),
         "reference_spp": cost.get("reference_spp"),
         "reference_s": cost.get("reference_s"),
@@ -159,7 +114,7 @@ def _row(cell: Mapping) -> dict[str, object]:
 def _host(host: Mapping) -> list[tuple[str, str]]:
     names = {"gl_renderer": "GPU side", "mitsuba": "Mitsuba", "variant": "variant", "drjit": "Dr.Jit", "llvm": "LLVM",
              "cpu": "processor", "git": "revision"}  # fmt: skip
-    return [(names[key], _plain(host[key])) for key in names if host.get(key)]
+    return [(names[key], plain(host[key])) for key in names if host.get(key)]
 
 
 def _write_static(folder: Path) -> None:
