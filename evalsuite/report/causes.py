@@ -29,19 +29,24 @@ def section(results: Mapping) -> dict | None:
     rows = results.get("causes") or []
     if not any(row["causes"] for row in rows):
         return None
-    names = list(dict.fromkeys(cause["rung"] for row in rows for cause in row["causes"]))
-    others = cycle(OTHERS)
-    colours = {name: COLOURS.get(name) or next(others) for name in names}
+    of = colours(rows)
     # Bars share one scale; what makes up for others goes to the left of 0.
     left = max((-sum(min(c["fraction"]["value"], 0.0) for c in row["causes"]) for row in rows), default=0.0)
     right = max((sum(max(c["fraction"]["value"], 0.0) for c in row["causes"]) for row in rows), default=1.0)
     scale = WIDTH / max(left + right, 1e-9)
     shown = [
-        {**row, "bars": _bars(row["causes"], colours, left, scale), "sentence": sentence(row),
+        {**row, "bars": _bars(row["causes"], of, left, scale), "sentence": sentence(row),
          "causes": [{**c, "slug": slug(c["largest"]["cell"])} for c in row["causes"]]}
         for row in rows
     ]  # fmt: skip
-    return {"rows": shown, "colours": colours, "zero": left * scale, "one": (left + 1.0) * scale}
+    return {"rows": shown, "colours": of, "zero": left * scale, "one": (left + 1.0) * scale}
+
+
+def colours(rows: Sequence[Mapping]) -> dict[str, str]:
+    """A colour for each cause, in the order in which they come."""
+    others = cycle(OTHERS)
+    names = dict.fromkeys(cause["rung"] for row in rows for cause in row["causes"])
+    return {name: COLOURS.get(name) or next(others) for name in names}
 
 
 def _bars(causes: Sequence[Mapping], colours: Mapping[str, str], left: float, scale: float) -> list[dict]:

@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 
 from evalsuite.compare.regions import ORDER
+from evalsuite.report import scales
 from evalsuite.report.numbers import plain
 from evalsuite.store.results import slug
 
@@ -22,18 +23,23 @@ ALIKE = {"mse": "rel_rmse", "rmse": "rel_rmse", "bias": "rel_bias"}
 
 
 def section(results: Mapping, metrics: Sequence[tuple[str, str, str]]) -> dict[str, object]:
-    """`data`: JSON for a script element (no `<` in it), read by `static/matrix.js`; metrics: (name, unit, what it says).
+    """`data`: JSON for a script element (no `<` in it), read by `static/scores.js`; metrics: (name, unit, what it says).
 
-    Its keys: metrics [name, unit, says, kind]; regions [name]; cells [{slug, scene, technique, parameters {…}, target, status,
+    Its keys: metrics [name, unit, says, kind]; regions [name]; targets [name], the most frequent first; ramp, diverging: equidistant
+    sRGB codes from the darkest to the brightest, and from too dark to too bright; cells [{slug, scene, technique, parameters {…}, target, status,
     ms (GPU [ms] or null), scores}]. scores[region][metric] is [value, low, high], with a fourth entry 1 where noise could change
     the cell's order with another of the same reference; an open end is null; 0 where there is no score."""
     cells = results.get("cells", [])
     present = [name for name in ORDER if any(name in (cell.get("regions") or {}) for cell in cells)]
     regions, names = [OBJECT, FULL, *present], [name for name, *_ in metrics]
+    targets = _targets(cells)
     open_ = undecided(results, regions, names)
     data = {
         "metrics": [[name, unit, says, KINDS.get(name, "log")] for name, unit, says in metrics],
         "regions": regions,
+        "targets": [name for name, _ in targets],
+        "ramp": [code for _, code in scales.flip().stops],
+        "diverging": [code for _, code in scales.diverging(1.0, "").stops],
         "cells": [
             {
                 "slug": slug(cell["id"]), "scene": ", ".join(filter(None, (cell["scene"], environment(cell)))),
@@ -47,7 +53,7 @@ def section(results: Mapping, metrics: Sequence[tuple[str, str, str]]) -> dict[s
             for cell in cells
         ],
     }  # fmt: skip
-    return {"data": script(data), "regions": regions, "targets": _targets(cells)}
+    return {"data": script(data), "regions": regions, "targets": targets}
 
 
 def script(data: object) -> str:

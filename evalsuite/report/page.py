@@ -16,7 +16,7 @@ from pathlib import Path
 import jinja2
 
 from evalsuite.image.files import replacing
-from evalsuite.report import causes, envelopes, pictures, rankings, where
+from evalsuite.report import causes, envelopes, findings, matrix, pictures, plots, rankings, where
 from evalsuite.report.numbers import interval, number, plain
 from evalsuite.report.scales import short
 from evalsuite.store.results import slug
@@ -66,6 +66,9 @@ def write(results: Mapping, directory: Path) -> Path:
         "causes": causes.section(results),
         "envelopes": envelopes.section(results, directory),
         "rankings": rankings.section(results, directory),
+        "findings": findings.findings(results),
+        "matrix": matrix.section(results, METRICS),
+        "figures": plots.script(_figures(results)),
     }
     counts = {status: sum(c["data"].get("status") == status for c in cells) for status in STATUS}
     index = directory / "index.html"
@@ -74,11 +77,19 @@ def write(results: Mapping, directory: Path) -> Path:
     return index
 
 
+def _figures(results: Mapping) -> dict[str, dict]:
+    """The overview's plots by name."""
+    figures = plots.points()
+    rows = results.get("causes") or []
+    ledger = plots.ledger(rows, causes.colours(rows))
+    return figures | ({"ledger": ledger} if ledger else {})
+
+
 def _environment() -> jinja2.Environment:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("evalsuite.report"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
-    environment.filters |= {"number": number, "interval": interval, "plain": plain, "short": _short,
+    environment.filters |= {"number": number, "interval": interval, "plain": plain, "short": _short, "link": _link,
                             "worst_region": where.worst, "curve_plots": where.plots}  # fmt: skip
     return environment
 
@@ -88,6 +99,11 @@ def _put(path: Path, text: str) -> None:
     if not (path.is_file() and path.read_text(encoding="utf-8") == text):
         with replacing(path) as temporary:
             temporary.write_text(text, encoding="utf-8")
+
+
+def _link(to: str) -> str:
+    """Where a finding leads: a section of the page, or a cell by its id."""
+    return to if to.startswith("#") else f"cells/{slug(to)}.html"
 
 
 def _short(value: float | None) -> str:
@@ -118,10 +134,12 @@ def _host(host: Mapping) -> list[tuple[str, str]]:
 
 
 def _write_static(folder: Path) -> None:
-    """Our own style and script, FlipBook from the installed package, and its licence beside it."""
+    """Our own style and scripts, FlipBook and Bokeh from the installed packages, and their licences beside them."""
     package = Path(importlib.util.find_spec("simpleimageio").submodule_search_locations[0])
     licence = next(f for f in importlib.metadata.files("simpleimageio") or [] if f.name == "LICENSE")
     sources = {"flipbook.js": package / "flipbook.js", "flipbook.LICENSE.txt": Path(licence.locate())}
+    bokeh = Path(importlib.util.find_spec("bokeh").submodule_search_locations[0])
+    sources |= {"bokeh.min.js": bokeh / "server/static/js/bokeh.min.js", "bokeh.LICENSE.txt": bokeh / "LICENSE.txt"}
     for file in importlib.resources.files("evalsuite.report").joinpath("static").iterdir():
         sources[file.name] = Path(str(file))
     for name, source in sources.items():

@@ -1,12 +1,12 @@
-// Sorting and filtering the table, and opening cells. All text is in the page already.
+// Filtering cells, sorting the table of all, opening cells, and the choices above the matrix. All text is in the page already.
 "use strict";
 
 (() => {
   const table = document.getElementById("summary");
+  const heads = [...table.tHead.rows[0].cells];
   const body = table.tBodies[0];
   const rows = [...body.rows];
-  const search = document.getElementById("filter");
-  const status = document.getElementById("status");
+  const text = new Map(rows.map((row) => [row, row.textContent.toLowerCase()]));
 
   // ---- table ----
   function value(row, column) {
@@ -19,13 +19,12 @@
     return "";
   }
 
-  function sort(column, head) {
-    const numeric = head.classList.contains("num");
-    const descending = head.getAttribute("aria-sort") === "ascending";
-    for (const other of table.tHead.rows[0].cells) if (other.hasAttribute("aria-sort")) other.setAttribute("aria-sort", "none");
-    head.setAttribute("aria-sort", descending ? "descending" : "ascending");
-    const sign = descending ? -1 : 1;
-    const ordered = [...rows].sort((a, b) => {
+  function sort() {
+    const column = Number(view.get("column") || -1);
+    const sign = view.get("columndown") ? -1 : 1;
+    heads.forEach((head, k) => { if (head.hasAttribute("aria-sort")) head.setAttribute("aria-sort", k !== column ? "none" : sign > 0 ? "ascending" : "descending"); });
+    const numeric = heads[column]?.classList.contains("num");
+    const ordered = column < 0 ? rows : [...rows].sort((a, b) => {
       const [x, y] = [value(a, column), value(b, column)];
       if (x === "" || y === "") return (x === "") - (y === ""); // what has no score stays last either way
       return sign * (numeric ? Number(x) - Number(y) : x.localeCompare(y, undefined, { numeric: true }));
@@ -34,23 +33,23 @@
     remember();
   }
 
-  [...table.tHead.rows[0].cells].forEach((head, column) => {
-    head.querySelector("button")?.addEventListener("click", () => sort(column, head));
+  heads.forEach((head, column) => {
+    const descending = () => head.getAttribute("aria-sort") === "ascending";
+    head.querySelector("button")?.addEventListener("click", () => view.set({ column: String(column), columndown: descending() ? "1" : "" }));
   });
 
   function filter() {
-    const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
-    let count = 0;
+    const words = view.get("filter").toLowerCase().split(/\s+/).filter(Boolean);
+    const status = view.get("status");
+    scores.shown.clear();
     for (const row of rows) {
-      const text = row.textContent.toLowerCase();
-      row.hidden = !(words.every((word) => text.includes(word)) && (!status.value || row.dataset.status === status.value));
-      count += !row.hidden;
+      row.hidden = !(words.every((word) => text.get(row).includes(word)) && (!status || row.dataset.status === status));
+      if (!row.hidden) scores.shown.add(row.dataset.cell);
     }
+    const count = scores.shown.size;
     document.getElementById("shown").textContent = count === rows.length ? `${count} cells` : `${count} of ${rows.length} cells`;
     remember();
   }
-  search.addEventListener("input", filter);
-  status.addEventListener("change", filter);
 
   body.addEventListener("click", (event) => {
     const row = event.target.closest("tr");
@@ -67,36 +66,60 @@
     event.preventDefault();
   });
 
+  // ---- choices ----
+  // Each control shows one key of the view, and changes it.
+  for (const [id, event] of [["filter", "input"], ["status", "change"], ["metric", "change"], ["region", "change"], ["target", "change"]]) {
+    const control = document.getElementById(id);
+    const own = control.value; // as the report has it
+    const show = () => {
+      control.value = view.get(id) || own;
+      if (control.selectedIndex < 0) control.value = own;
+    };
+    control.addEventListener(event, () => view.set({ [id]: control.value === own ? "" : control.value }));
+    view.on([id], () => { if (document.activeElement !== control) show(); });
+    show();
+  }
+
+  const tabs = [...document.querySelectorAll(".views button")];
+  function tab() {
+    const own = view.get("view") === "table" ? "table" : "matrix";
+    for (const button of tabs) {
+      button.setAttribute("aria-selected", String(button.dataset.view === own));
+      button.tabIndex = button.dataset.view === own ? 0 : -1;
+      document.getElementById(button.getAttribute("aria-controls")).hidden = button.dataset.view !== own;
+    }
+  }
+  for (const button of tabs) {
+    button.addEventListener("click", () => view.set({ view: button.dataset.view === "table" ? "table" : "" }));
+    button.addEventListener("keydown", (event) => {
+      if (!["ArrowLeft", "ArrowRight"].includes(event.key)) return;
+      const other = tabs[1 - tabs.indexOf(button)];
+      other.click();
+      other.focus();
+    });
+  }
+
   // ---- to and from cells ----
   // A cell's page goes through the cells in the order that is left here.
   function remember() {
-    const sorted = table.querySelector("th[aria-sort=ascending], th[aria-sort=descending]");
-    visit.write({
-      order: [...body.rows].filter((row) => !row.hidden).map((row) => row.dataset.cell),
-      sort: sorted && { column: sorted.cellIndex, descending: sorted.getAttribute("aria-sort") === "descending" },
-      search: search.value,
-      status: status.value,
-    });
+    visit.write({ order: [...body.rows].filter((row) => !row.hidden).map((row) => row.dataset.cell) });
+    view.remember();
   }
 
   function open(row) {
     location.href = row.querySelector("a[href]").href;
   }
 
-  function restore() {
-    const left = visit.read();
-    const head = left.sort && table.tHead.rows[0].cells[left.sort.column];
-    if (head) {
-      sort(left.sort.column, head);
-      if (left.sort.descending) sort(left.sort.column, head);
-    }
-    search.value = left.search ?? "";
-    status.value = left.status ?? "";
-    if (status.selectedIndex < 0) status.value = "";
-    filter();
-    rows.find((row) => row.dataset.cell === left.cell && !row.hidden)?.focus();
-    visit.write({ cell: null });
-  }
+  // Sections are gone to without leaving the view's address.
+  document.addEventListener("click", (event) => {
+    const link = event.target.closest('a[href^="#"]');
+    const section = link && document.getElementById(link.getAttribute("href").slice(1));
+    if (!section) return;
+    event.preventDefault();
+    section.scrollIntoView({ behavior: matchMedia("(prefers-reduced-motion: reduce)").matches ? "auto" : "smooth" });
+    section.tabIndex = -1;
+    section.focus({ preventScroll: true });
+  });
 
   // Until 0.1 cells were parts of this page: index.html#<cell>.
   function redirect() {
@@ -106,6 +129,13 @@
   }
 
   window.addEventListener("hashchange", redirect);
-  restore();
+  view.on(["filter", "status"], filter);
+  view.on(["column", "columndown"], sort);
+  view.on(["view"], tab);
+  sort();
+  filter();
+  tab();
+  rows.find((row) => row.dataset.cell === visit.read().cell && !row.hidden)?.focus();
+  visit.write({ cell: null });
   redirect();
 })();
