@@ -239,7 +239,7 @@ def inconclusive(results: Mapping) -> Iterator[Finding]:
     open_.sort(key=lambda pair: -cells[pair["worse"]]["metrics"][ERROR]["value"])
     lines = tuple(_pair(cells, pair) for pair in open_[:LINES])
     head = (f"{len(open_)} of {len(pairs)} neighbours in order of mean squared error: noise could change which is better. First ", "")
-    yield Finding("Undecided", (head, *lines[0]), 50.0, lines, undecided=True)
+    yield Finding("Orders that noise could change", (head, *lines[0]), 50.0, lines, undecided=True)
 
 
 def _pair(cells: Mapping[str, Mapping], pair: Mapping) -> tuple[Part, ...]:

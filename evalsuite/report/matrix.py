@@ -26,24 +26,27 @@ def section(results: Mapping, metrics: Sequence[tuple[str, str, str]]) -> dict[s
     """`data`: JSON for a script element (no `<` in it), read by `static/scores.js`; metrics: (name, unit, what it says).
 
     Its keys: metrics [name, unit, says, kind]; regions [name]; targets [name], the most frequent first; ramp, diverging: equidistant
-    sRGB codes from the darkest to the brightest, and from too dark to too bright; cells [{slug, scene, technique, parameters {…}, target, status,
+    sRGB codes from the darkest to the brightest, and from too dark to too bright; truths [name], references that several cells share; cells [{slug, scene, technique, parameters {…}, target, truth, status,
     ms (GPU [ms] or null), scores}]. scores[region][metric] is [value, low, high], with a fourth entry 1 where noise could change
     the cell's order with another of the same reference; an open end is null; 0 where there is no score."""
     cells = results.get("cells", [])
     present = [name for name in ORDER if any(name in (cell.get("regions") or {}) for cell in cells)]
     regions, names = [OBJECT, FULL, *present], [name for name, *_ in metrics]
     targets = _targets(cells)
+    truths = _truths(cells)
     open_ = undecided(results, regions, names)
+    index = {reference: k for k, reference in enumerate(truths)}
     data = {
         "metrics": [[name, unit, says, KINDS.get(name, "log")] for name, unit, says in metrics],
         "regions": regions,
         "targets": [name for name, _ in targets],
+        "truths": list(truths.values()),
         "ramp": [code for _, code in scales.flip().stops],
         "diverging": [code for _, code in scales.diverging(1.0, "").stops],
         "cells": [
             {
                 "slug": slug(cell["id"]), "scene": ", ".join(filter(None, (cell["scene"], environment(cell)))),
-                "technique": cell["technique"], "parameters": stated(cell), "target": cell["target"],
+                "technique": cell["technique"], "parameters": stated(cell), "target": cell["target"], "truth": index.get(cell.get("reference_id")),
                 "status": cell.get("status", ""), "ms": _rounded((cell.get("cost") or {}).get("gpu_ms")),
                 "scores": [
                     [_score(scores(cell, region).get(name), (cell["id"], region, name) in open_) for name in names]
@@ -139,3 +142,21 @@ def _targets(cells: Sequence[Mapping]) -> list[tuple[str, int]]:
     for cell in cells:
         counts[cell["target"]] = counts.get(cell["target"], 0) + 1
     return sorted(counts.items(), key=lambda pair: -pair[1])
+
+
+def _truths(cells: Sequence[Mapping]) -> dict[str, str]:
+    """reference → its name, of those that several scored cells share: scene, target, material and the parameters in common."""
+    groups: dict[str, list[Mapping]] = {}
+    for cell in cells:
+        if cell.get("status") == "scored" and cell.get("reference_id"):
+            groups.setdefault(cell["reference_id"], []).append(cell)
+    names: dict[str, str] = {}
+    for reference, some in groups.items():
+        if len(some) > 1:
+            first = some[0]
+            subject = next((m["plugin"] for m in first.get("mapping") or [] if m["material"] == "subject"), "")
+            common = [f"{k} {v}" for k, v in stated(first).items() if all(stated(c).get(k) == v for c in some)]
+            name = ", ".join(filter(None, (first["scene"], environment(first), first["target"], subject, *common)))
+            taken = list(names.values())
+            names[reference] = name if name not in taken else f"{name} #{sum(n.startswith(name) for n in taken) + 1}"
+    return names

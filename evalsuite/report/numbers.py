@@ -37,8 +37,8 @@ def interval(metric: Mapping | None, unit: str = "") -> str:
 
 
 def measured(metric: Mapping, unit: str = "") -> str:
-    """A figure with its 95 % interval, for a sentence: 2.31 % [2.28 … 2.35]."""
-    return f"{number(metric['value'], unit)} [{interval(metric, unit)}]"
+    """A figure with its 95 % interval, for a sentence: 2.31 % [2.28 … 2.35], on one line."""
+    return f"{number(metric['value'], unit)} [{interval(metric, unit)}]".replace(" ", "\N{NO-BREAK SPACE}")
 
 
 def plain(value: object) -> str:

@@ -68,8 +68,8 @@ def write(results: Mapping, directory: Path) -> Path:
         "rankings": rankings.section(results, directory),
         "findings": findings.findings(results),
         "matrix": matrix.section(results, METRICS),
-        "figures": plots.script(_figures(results)),
     }
+    across["figures"] = plots.script(_figures(results, across["envelopes"]))
     counts = {status: sum(c["data"].get("status") == status for c in cells) for status in STATUS}
     index = directory / "index.html"
     host = _host(results.get("host") or {})
@@ -77,11 +77,13 @@ def write(results: Mapping, directory: Path) -> Path:
     return index
 
 
-def _figures(results: Mapping) -> dict[str, dict]:
+def _figures(results: Mapping, swept: Mapping | None) -> dict[str, dict]:
     """The overview's plots by name."""
     figures = plots.points()
     rows = results.get("causes") or []
     ledger = plots.ledger(rows, causes.colours(rows))
+    for figure in swept["figures"] if swept else ():
+        figures |= figure.plots
     return figures | ({"ledger": ledger} if ledger else {})
 
 

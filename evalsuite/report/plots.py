@@ -14,11 +14,13 @@ from bokeh.embed import json_item
 from bokeh.models import ColumnDataSource, HoverTool
 from bokeh.plotting import figure
 
-#: Bars of the page's text, of the size that it has.
+#: As the page's text.
 FONT = "system-ui, -apple-system, 'Segoe UI', 'Helvetica Neue', Arial, sans-serif"
 TOOLS = "pan,box_zoom,wheel_zoom,reset,save"
+#: Height of the ledger's plot: what stands about the bars, and a bar [CSS pixels].
+LEDGER_TOP, LEDGER_ROW = 90, 26
 #: What `static/plots.js` fills in: see `points` there.
-COLUMNS = ("x", "y", "x0", "x1", "y0", "y1", "name", "first", "second", "colour", "label")
+COLUMNS = ("x", "y", "x0", "x1", "y0", "y1", "name", "first", "second", "colour", "label", "shift")
 
 
 def points() -> dict[str, dict]:
@@ -39,7 +41,7 @@ def _points(x: str, y: str) -> Any:
         plot.scatter("x", "y", source=filled, size=9, line_color="colour", fill_color="colour"),
         plot.scatter("x", "y", source=hollow, size=8, line_color="colour", fill_color="colour", fill_alpha=0.15, line_width=1.4),
     ]
-    names = plot.text("x", "y", text="label", source=filled, x_offset=7, y_offset=-5, text_font_size="11px", text_font=value(FONT))
+    names = plot.text("x", "y", text="label", source=filled, x_offset=7, y_offset="shift", text_font_size="11px", text_font=value(FONT))
     names.glyph.tags = ["ink"]
     plot.add_tools(HoverTool(renderers=marks, tooltips=[("", "@name"), ("value [95 %]", "@first"), ("cost", "@second")]))
     return plot
@@ -70,7 +72,7 @@ def ledger(rows: Sequence[Mapping], colours: Mapping[str, str]) -> dict | None:
     if not rows:
         return None
     names = [row["technique"] for row in rows][::-1]
-    plot = blank(height=70 + 26 * len(names), y_range=names)
+    plot = blank(y="auto", height=LEDGER_TOP + LEDGER_ROW * len(names), y_range=names)
     plot.xaxis.axis_label, plot.yaxis.axis_label = "share of the mean squared error [%]", None
     for cause, colour in colours.items():
         bars: dict[str, list] = {name: [] for name in ("y", "left", "right", "share", "cause", "cells", "order")}

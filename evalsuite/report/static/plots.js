@@ -55,7 +55,7 @@ const plots = (() => {
     const of = (name) => style.getPropertyValue(`--es-${name}`).trim();
     const [paper, ink, soft, line] = ["paper", "ink", "soft", "line"].map(of);
     for (const model of made._all_models.values()) {
-      if (model.type === "Figure") model.setv({ background_fill_color: paper, border_fill_color: paper, outline_line_color: line });
+      if (model.type === "Figure") model.setv({ background_fill_color: paper, border_fill_color: paper, outline_line_color: line, border_line_color: null });
       else if (/Axis$/.test(model.type)) model.setv({ axis_line_color: soft, major_tick_line_color: soft, minor_tick_line_color: null, major_label_text_color: soft, axis_label_text_color: ink });
       else if (model.type === "Grid") model.setv({ grid_line_color: line });
       else if (model.type === "Legend") model.setv({ background_fill_color: paper, border_line_color: null, label_text_color: ink });
@@ -68,7 +68,7 @@ const plots = (() => {
 
   // Points with intervals and a line: points [{x, y, x0, x1, y0, y1, name, first, second, colour, filled, label}], line [[x, y]].
   async function points(host, { points: all, line, x, y, xlog, ylog, says }) {
-    const table = (some) => Object.fromEntries(["x", "y", "x0", "x1", "y0", "y1", "name", "first", "second", "colour", "label"].map((key) => [key, some.map((p) => p[key])]));
+    const table = (some) => Object.fromEntries(["x", "y", "x0", "x1", "y0", "y1", "name", "first", "second", "colour", "label", "shift"].map((key) => [key, some.map((p) => p[key])]));
     await embed(host, `${xlog ? "log" : "linear"}-${ylog ? "log" : "linear"}`, says, {
       all: table(all), filled: table(all.filter((p) => p.filled)), hollow: table(all.filter((p) => !p.filled)),
       line: { x: line.map((p) => p[0]), y: line.map((p) => p[1]) }, "x-axis": x, "y-axis": y,
@@ -76,8 +76,13 @@ const plots = (() => {
   }
 
   const factor = (metric) => (metric.unit === "%" ? 100 : 1);
-  // A score's value and interval in the plot's unit; an open end stays at the value.
-  const ends = (score, metric) => ({ y: factor(metric) * score.value, y0: factor(metric) * (score.low ?? score.value), y1: factor(metric) * (score.high ?? score.value) });
+  // A score's value and interval in the plot's unit; an open end stays at the value. On a logarithmic axis what noise cannot tell
+  // from 0 stands at a tenth of its interval's upper end, as in the envelopes.
+  function ends(score, metric, log) {
+    const least = log ? 0.1 * (score.high ?? 0) || 1e-9 : -Infinity;
+    const [y, y0, y1] = [score.value, score.low ?? score.value, score.high ?? score.value].map((v) => factor(metric) * Math.max(v, least));
+    return { y, y0, y1 };
+  }
 
   // ---- accuracy against cost ----
   // On the front is what no other beats in one without losing in the other.
@@ -88,39 +93,37 @@ const plots = (() => {
 
   function pareto() {
     const host = document.getElementById("pareto-plot");
-    const select = document.getElementById("place");
+    const select = document.getElementById("truth");
     const chosen = scores.chosen();
     const { metric } = chosen;
-    const places = new Map();
+    const truths = new Map();
     for (const cell of scores.data.cells) {
-      if (!scores.shown.has(cell.slug) || cell.ms === null || !chosen.of(cell)) continue;
-      const place = `${cell.scene}, ${cell.target}`;
-      places.set(place, [...(places.get(place) ?? []), cell]);
+      if (cell.truth !== null && scores.shown.has(cell.slug) && cell.ms !== null && chosen.of(cell)) truths.set(cell.truth, [...(truths.get(cell.truth) ?? []), cell]);
     }
-    const ordered = [...places].filter(([, cells]) => cells.length > 1).sort((a, b) => b[1].length - a[1].length);
+    const ordered = [...truths].filter(([, cells]) => cells.length > 1).sort((a, b) => b[1].length - a[1].length);
     document.getElementById("pareto").hidden = !ordered.length;
     if (!ordered.length) return;
-    const place = places.has(view.get("place")) ? view.get("place") : ordered[0][0];
-    select.replaceChildren(...ordered.map(([name, cells]) => element("option", { value: name, selected: name === place }, `${name} (${cells.length})`)));
-    const techniques = [...new Set(places.get(place).map((cell) => cell.technique))];
+    const names = scores.data.truths;
+    const [truth, cells] = ordered.find(([one]) => names[one] === view.get("truth")) ?? ordered[0];
+    select.replaceChildren(...ordered.map(([one, some]) => element("option", { value: names[one], selected: one === truth }, `${names[one]} (${some.length})`)));
+    const techniques = [...new Set(cells.map((cell) => cell.technique))];
     const colour = (cell) => COLOURS[techniques.indexOf(cell.technique) % COLOURS.length];
-    const all = places.get(place).map((cell) => ({ cell, cost: cell.ms, bad: scores.badness(metric, chosen.of(cell).value), score: chosen.of(cell) }));
-    const best = front(all);
-    const log = metric.kind === "log" && all.every((p) => p.score.value > 0);
-    const least = log ? Math.min(...all.map((p) => p.score.value)) / 2 : -Infinity;
+    const all = cells.map((cell) => ({ cell, cost: cell.ms, bad: scores.badness(metric, chosen.of(cell).value), score: chosen.of(cell) }));
+    const best = front(all).sort((a, b) => a.cost - b.cost);
+    const log = metric.kind === "log";
     const label = (cell) => [cell.technique, scores.parameters(cell)].filter(Boolean).join(", ");
     points(host, {
       points: all.map((p) => ({
-        x: p.cost, x0: p.cost, x1: p.cost, ...ends({ ...p.score, low: Math.max(p.score.low ?? least, least) }, metric), name: label(p.cell), colour: colour(p.cell),
-        filled: best.includes(p), label: best.includes(p) ? p.cell.technique : "",
+        x: p.cost, x0: p.cost, x1: p.cost, ...ends(p.score, metric, log), name: label(p.cell), colour: colour(p.cell),
+        filled: best.includes(p), label: best.includes(p) ? p.cell.technique : "", shift: best.indexOf(p) % 2 ? 16 : -6,
         first: `${scores.number(p.score.value, metric.unit)} [${scores.interval(p.score, metric.unit)}]${p.score.open ? " ≈ inconclusive" : ""}`, second: `${scores.number(p.cost)} ms`,
       })),
-      line: steps(best.map((p) => [p.cost, factor(metric) * p.score.value]).sort((a, b) => a[0] - b[0])),
+      line: steps(best.map((p) => [p.cost, ends(p.score, metric, log).y])),
       x: "GPU time of one frame [ms]", y: scores.title(metric), xlog: true, ylog: log,
-      says: `${metric.name} against GPU time: ${place}. On the front: ${best.map((p) => `${label(p.cell)}, ${scores.number(p.score.value, metric.unit)}, ${scores.number(p.cost)} ms`).join("; ")}`,
+      says: `${metric.name} against GPU time: ${names[truth]}. On the front: ${best.map((p) => `${label(p.cell)}, ${scores.number(p.score.value, metric.unit)}, ${scores.number(p.cost)} ms`).join("; ")}`,
     });
     const sure = (p) => !all.some((q) => q !== p && q.cost <= p.cost && !apart(p, q, metric));
-    document.getElementById("front").replaceChildren(...best.sort((a, b) => a.cost - b.cost).flatMap((p, i) => [i ? ", " : "On the front: ",
+    document.getElementById("front").replaceChildren(...best.flatMap((p, i) => [i ? ", " : "On the front: ",
       element("a", { href: `cells/${encodeURIComponent(p.cell.slug)}.html` }, label(p.cell)),
       ` ${scores.number(p.score.value, metric.unit)} [${scores.interval(p.score, metric.unit)}] at ${scores.number(p.cost)} ms${sure(p) ? "" : " (undecided)"}`]), ".");
   }
@@ -146,11 +149,11 @@ const plots = (() => {
     return () => { if (seen) draw(); };
   }
 
-  const place = document.getElementById("place");
-  if (place) {
+  const choice = document.getElementById("truth");
+  if (choice) {
     const again = lazily(document.getElementById("pareto"), pareto);
-    place.addEventListener("change", () => view.set({ place: place.value }));
-    view.on(["metric", "region", "filter", "status", "place"], again);
+    choice.addEventListener("change", () => view.set({ truth: choice.value }));
+    view.on(["metric", "region", "filter", "status", "truth"], again);
   }
   for (const host of document.querySelectorAll(".plot[data-figure]")) lazily(host, () => embed(host, host.dataset.figure, host.getAttribute("aria-label")));
 

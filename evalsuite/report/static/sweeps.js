@@ -76,12 +76,13 @@
       element("th", { scope: "row" }, element("a", { href: `cells/${encodeURIComponent(p.cell.slug)}.html` }, `${one.over} ${p.x}`)),
       element("td", { class: "num" }, scores.number(p.value, metric.unit)), element("td", { class: "num ci" }, scores.interval(p, metric.unit)))));
     dialog.showModal();
+    const ylog = metric.kind === "log" && one.points.some((p) => p.value > 0);
     plots.points(dialog.querySelector(".plot"), {
-      points: one.points.map((p) => ({ x: p.x, x0: p.x, x1: p.x, ...plots.ends(p, metric), name: `${one.over} ${p.x}`, colour: plots.colour(0), filled: true, label: "",
+      points: one.points.map((p) => ({ x: p.x, x0: p.x, x1: p.x, ...plots.ends(p, metric, ylog), name: `${one.over} ${p.x}`, colour: plots.colour(0), filled: true, label: "", shift: 0,
         first: `${scores.number(p.value, metric.unit)} [${scores.interval(p, metric.unit)}]`, second: "" })),
-      line: one.points.map((p) => [p.x, plots.factor(metric) * p.value]),
+      line: one.points.map((p) => [p.x, plots.ends(p, metric, ylog).y]),
       x: one.over, y: scores.title(metric),
-      xlog: logarithmic(one.points.map((p) => p.x)), ylog: metric.kind === "log" && one.points.every((p) => p.value > 0 && p.low > 0),
+      xlog: logarithmic(one.points.map((p) => p.x)), ylog,
       says: `${metric.name} over ${one.over}, with 95 % intervals; the table below has the numbers`,
     });
   }

@@ -45,7 +45,8 @@ class Tags(HTMLParser):
 
 def test_everything_named_is_there_and_nothing_is_remote(written):
     directory, _ = written
-    scripts = {"index.html": ["static/visit.js", "static/overview.js"]}
+    names = ("visit", "view", "scores", "overview", "matrix", "plots", "sweeps")
+    scripts = {"index.html": [*(f"static/{name}.js" for name in names), None, None]}  # the last two are data
     pages = [directory / "index.html", *(directory / "cells").glob("*.html")]
     assert len(pages) == 1 + 7
     for file in pages:
