@@ -31,8 +31,9 @@ def section(results: Mapping) -> dict | None:
         return None
     shown = [{**row, "causes": [{**c, "slug": slug(c["largest"]["cell"])} for c in row["causes"]]} for row in rows]
     drawn = [row for row in rows if row["causes"]]
-    return {"rows": shown, "colours": colours(rows), "height": plots.LEDGER_TOP + plots.LEDGER_ROW * len(drawn),
-            "sentence": "Stacked bars of the causes of each technique's squared error. " + " ".join(map(sentence, drawn))}  # fmt: skip
+    words = ["Stacked bars of the causes of each technique's squared error.", *map(sentence, drawn)]
+    height = plots.LEDGER_TOP + plots.LEDGER_ROW * len(drawn)
+    return {"rows": shown, "colours": colours(rows), "height": height, "sentence": " ".join(words)}
 
 
 def colours(rows: Sequence[Mapping]) -> dict[str, str]:

@@ -75,7 +75,9 @@ def front(entry: Mapping, colours: Mapping[str, str], cost: str) -> dict:
         plot.segment("x0", "y", "x1", "y", source=source, line_color="colour", line_width=1.4)
         marks.append(plot.scatter("x", "y", source=source, size=9, line_color="colour", fill_color="colour",
                                   fill_alpha=1.0 if filled else 0.15, line_width=1.4))  # fmt: skip
-    plot.add_tools(HoverTool(renderers=marks, tooltips=[("", "@name"), ("rel. RMSE [95 %]", "@first"), ("cost [95 %]", "@second")]))
+    plot.add_tools(
+        HoverTool(renderers=marks, tooltips=[("", "@name"), ("rel. RMSE [95 %]", "@first"), ("cost [95 %]", "@second")])
+    )
     return plots.item(plot)
 
 
@@ -100,14 +102,14 @@ def _rows(given: Sequence[Mapping], cost: str, colours: Mapping[str, str]) -> di
 def _points(plane: Plane, one: Contender) -> ColumnDataSource:
     xs, ys = np.meshgrid(plane.xs, plane.ys)
     known = np.isfinite(one.value)
-    ends = ({"value": v, "ci95": [lo, hi if math.isfinite(hi) else None]}
-            for v, lo, hi in zip(one.value[known].tolist(), one.low[known].tolist(), one.high[known].tolist(), strict=True))  # fmt: skip
+    values = (grid[known].tolist() for grid in (one.value, one.low, one.high))
+    ends = ({"value": v, "ci95": [lo, hi if math.isfinite(hi) else None]} for v, lo, hi in zip(*values, strict=True))
     says = [f"relative RMSE {measured(metric, '%')}" for metric in ends]
     return ColumnDataSource({"x": xs[known].tolist(), "y": ys[known].tolist(), "says": says})
 
 
 def _between(plane: Plane, one: Contender) -> Float:
-    """(FINE, FINE) relative RMSE at the pixels' centres, log-log between the measured points; NaN beside points without a score."""
+    """(FINE, FINE) relative RMSE at the pixels' centres, log-log between measured points; NaN beside those without a score."""
 
     def across(points: Float, rows: Float) -> Float:
         u = np.log(points) if logarithmic(points) else points

@@ -36,8 +36,8 @@ ROWS = 60
 
 @dataclass(frozen=True)
 class Figure:
-    """path: SVG relative to the page, with a PNG of the same stem beside it. alt: what it shows, for who cannot see it. plots: the
-    same as plots to use, name → JSON, which then stand on the page instead; scale: their colours, if they have such."""
+    """path: SVG relative to the page, with a PNG of the same stem beside it. alt: what it shows, for who cannot see it. plots:
+    the same as plots to use, name → JSON, which then stand on the page instead; scale: their colours, if they have such."""
 
     path: str
     title: str

@@ -49,9 +49,17 @@ def without_score(results: Mapping) -> Iterator[Finding]:
     bad = [cell for cell in cells if cell.get("status") in ("failed", "uncertified")]
     if bad:
         words = {"failed": "failed", "uncertified": "not certified"}
-        count = ", ".join(f"{sum(c['status'] == s for c in bad)} {w}" for s, w in words.items() if any(c["status"] == s for c in bad))
-        lines = tuple(((c["id"], c["id"]), (f": {words[c['status']]}. {c.get('message') or ''}".rstrip(), "")) for c in bad[:LINES])
-        parts = (f"{len(bad)} of {len(cells)} cells have no score ({count}); the first is ", ""), (bad[0]["id"], bad[0]["id"]), (".", "")
+        count = ", ".join(
+            f"{sum(c['status'] == s for c in bad)} {w}" for s, w in words.items() if any(c["status"] == s for c in bad)
+        )
+        lines = tuple(
+            ((c["id"], c["id"]), (f": {words[c['status']]}. {c.get('message') or ''}".rstrip(), "")) for c in bad[:LINES]
+        )
+        parts = (
+            (f"{len(bad)} of {len(cells)} cells have no score ({count}); the first is ", ""),
+            (bad[0]["id"], bad[0]["id"]),
+            (".", ""),
+        )
         yield Finding("Cells without a score", parts, 100.0, lines)
 
 
@@ -65,7 +73,9 @@ def largest(results: Mapping) -> Iterator[Finding]:
     parts: tuple[Part, ...] = (_name(first), (f": relative RMSE {measured(error, '%')}", ""))
     place = worst(first)
     if place:
-        share = f"{number(place['part'], '%', 2)} of the object's pixels, hold {measured(place['share'], '%')} of its squared error"
+        share = (
+            f"{number(place['part'], '%', 2)} of the object's pixels, hold {measured(place['share'], '%')} of its squared error"
+        )
         parts += ((f". Pixels of the {place['name']}, {share}", ""),)
     open_ = _end(first, 0) <= _end(rival, 1)
     if open_:
@@ -86,9 +96,8 @@ def against_each_truth(results: Mapping) -> Iterator[Finding]:
         ends = [ranks.get(group["cells"][cells[k]["id"]]) for k in (0, -1)]
         best, most = ends[0] == [1, 1], ends[1] == [count, count]
         words = _where(group)
-        line = (
-            (f"{words}, {count} cells: ", ""), *_side("best", cells[0], best), ("; ", ""), *_side("worst", cells[-1], most), (".", ""),
-        )  # fmt: skip
+        sides = (*_side("best", cells[0], best), ("; ", ""), *_side("worst", cells[-1], most))
+        line: tuple[Part, ...] = ((f"{words}, {count} cells: ", ""), *sides, (".", ""))
         lines.append(line)
         heads.append((best + most, count, line))
     if heads:
@@ -157,7 +166,10 @@ def _constant(pool: Mapping) -> tuple[str, bool]:
     """(the best value less the published one in words, whether it differs from it beyond doubt)."""
     best, unit = pool["best"], pool["unit"]
     if best["value"] is None or None in best["ci95"]:
-        return f"undecided, no best {pool['parameter']} within what was searched, in {pool['open_cells']} of {pool['cells']} cells", False
+        return (
+            f"undecided, no best {pool['parameter']} within what was searched, in {pool['open_cells']} of {pool['cells']} cells",
+            False,
+        )
     low, high = best["ci95"]
     maps = f"over {_count(len(best['by_map']), 'map')}"
     value = f"{measured(best)} {unit} beside the published {pool['parameter']}, {maps}"
@@ -186,7 +198,9 @@ def crossings(results: Mapping) -> Iterator[Finding]:
 
 def _crossing(one: Mapping) -> str:
     at = ", ".join(f"{name} {plain(value)}" for name, value in one["at"].items())
-    words = f"along {one['axis']}, {one['better_below']} is nearer to the truth below {measured(one)}, {one['better_above']} above"
+    words = (
+        f"along {one['axis']}, {one['better_below']} is nearer to the truth below {measured(one)}, {one['better_above']} above"
+    )
     truth = "" if one["same_truth"] else ", each against its own truth"
     return _capital(f"{words} ({', '.join(filter(None, (one['scene'], one['environment'], one['target'], at)))}{truth})")
 
@@ -219,10 +233,9 @@ def exact(results: Mapping) -> Iterator[Finding]:
     cells = [cell for cell in _scored(results) if _end(cell, 0) <= 0 or _end(cell, 1) <= ROUNDING]
     if cells:
         top = max(cells, key=lambda cell: _end(cell, 1))
-        parts = (
-            (f"{len(cells)} of {len(_scored(results))} cells have no error beyond noise and rounding. The least sure is ", ""), _name(top),
-            (f": relative RMSE {measured(top['metrics'][ERROR], '%')}.", ""),
-        )  # fmt: skip
+        count = f"{len(cells)} of {len(_scored(results))} cells have no error beyond noise and rounding"
+        error = f": relative RMSE {measured(top['metrics'][ERROR], '%')}."
+        parts = ((f"{count}. The least sure is ", ""), _name(top), (error, ""))
         lines = tuple((_name(cell), (f": {measured(cell['metrics'][ERROR], '%')}.", "")) for cell in cells[:LINES])
         yield Finding("Right within the noise", parts, 45.0, lines)
 
@@ -238,7 +251,10 @@ def inconclusive(results: Mapping) -> Iterator[Finding]:
         return
     open_.sort(key=lambda pair: -cells[pair["worse"]]["metrics"][ERROR]["value"])
     lines = tuple(_pair(cells, pair) for pair in open_[:LINES])
-    head = (f"{len(open_)} of {len(pairs)} neighbours in order of mean squared error: noise could change which is better. First ", "")
+    head = (
+        f"{len(open_)} of {len(pairs)} neighbours in order of mean squared error: noise could change which is better. First ",
+        "",
+    )
     yield Finding("Orders that noise could change", (head, *lines[0]), 50.0, lines, undecided=True)
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
 from evalsuite.compare.regions import ORDER
 from evalsuite.report import scales
 from evalsuite.report.numbers import plain
+from evalsuite.report.pictures import js_json
 from evalsuite.store.results import slug
 
 #: How a metric's colours run: "log" errors, less being better, on a logarithmic scale; "signed" about 0; "gain" more is better;
@@ -23,12 +23,14 @@ ALIKE = {"mse": "rel_rmse", "rmse": "rel_rmse", "bias": "rel_bias"}
 
 
 def section(results: Mapping, metrics: Sequence[tuple[str, str, str]]) -> dict[str, object]:
-    """`data`: JSON for a script element (no `<` in it), read by `static/scores.js`; metrics: (name, unit, what it says).
+    """`data`: JSON for a script element (no `<` in it), read by `static/scores.js`; `regions`, `targets` [(name, cells)], and
+    whether any entry is `inconclusive`. metrics: (name, unit, what it says).
 
-    Its keys: metrics [name, unit, says, kind]; regions [name]; targets [name], the most frequent first; ramp, diverging: equidistant
-    sRGB codes from the darkest to the brightest, and from too dark to too bright; truths [name], references that several cells share; cells [{slug, scene, technique, parameters {…}, target, truth, status,
-    ms (GPU [ms] or null), scores}]. scores[region][metric] is [value, low, high], with a fourth entry 1 where noise could change
-    the cell's order with another of the same reference; an open end is null; 0 where there is no score."""
+    The data's keys: metrics [name, unit, says, kind]; regions [name]; targets [name], the most frequent first; truths [name],
+    references that several cells share; ramp, diverging: equidistant sRGB codes from the darkest to the brightest, and from too
+    dark to too bright; cells [{slug, scene, technique, parameters {…}, target, truth, status, ms (GPU [ms] or null), scores}].
+    scores[region][metric] is [value, low, high], with a fourth entry 1 where noise could change the cell's order with another of
+    the same reference; an open end is null; 0 where there is no score."""
     cells = results.get("cells", [])
     present = [name for name in ORDER if any(name in (cell.get("regions") or {}) for cell in cells)]
     regions, names = [OBJECT, FULL, *present], [name for name, *_ in metrics]
@@ -46,8 +48,9 @@ def section(results: Mapping, metrics: Sequence[tuple[str, str, str]]) -> dict[s
         "cells": [
             {
                 "slug": slug(cell["id"]), "scene": ", ".join(filter(None, (cell["scene"], environment(cell)))),
-                "technique": cell["technique"], "parameters": stated(cell), "target": cell["target"], "truth": index.get(cell.get("reference_id")),
-                "status": cell.get("status", ""), "ms": _rounded((cell.get("cost") or {}).get("gpu_ms")),
+                "technique": cell["technique"], "parameters": stated(cell), "target": cell["target"],
+                "truth": index.get(cell.get("reference_id")), "status": cell.get("status", ""),
+                "ms": _rounded((cell.get("cost") or {}).get("gpu_ms")),
                 "scores": [
                     [_score(scores(cell, region).get(name), (cell["id"], region, name) in open_) for name in names]
                     for region in regions
@@ -56,13 +59,7 @@ def section(results: Mapping, metrics: Sequence[tuple[str, str, str]]) -> dict[s
             for cell in cells
         ],
     }  # fmt: skip
-    return {"data": script(data), "regions": regions, "targets": targets}
-
-
-def script(data: object) -> str:
-    """JSON that may stand in a <script> element whatever its strings hold."""
-    text = json.dumps(data, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+    return {"data": js_json(data), "regions": regions, "targets": targets, "inconclusive": bool(open_)}
 
 
 def environment(cell: Mapping) -> str:

@@ -69,7 +69,7 @@ def write(results: Mapping, directory: Path) -> Path:
         "findings": findings.findings(results),
         "matrix": matrix.section(results, METRICS),
     }
-    across["figures"] = plots.script(_figures(results, across["envelopes"]))
+    across["figures"] = pictures.js_json(_figures(results, across["envelopes"]))
     counts = {status: sum(c["data"].get("status") == status for c in cells) for status in STATUS}
     index = directory / "index.html"
     host = _host(results.get("host") or {})

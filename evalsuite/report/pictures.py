@@ -167,7 +167,7 @@ def _half(array: NDArray) -> str:
 
 def js_json(value: object) -> str:
     """JSON that may stand inside a <script>: no character that could end the script or the line."""
-    text = json.dumps(value, ensure_ascii=False, allow_nan=False)
+    text = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     for character in "<>&\u2028\u2029":
         text = text.replace(character, f"\\u{ord(character):04x}")
     return text

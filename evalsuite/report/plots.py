@@ -5,7 +5,6 @@ Bokeh's models are made here and no text of a run becomes markup: names reach a 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -41,7 +40,9 @@ def _points(x: str, y: str) -> Any:
         plot.scatter("x", "y", source=filled, size=9, line_color="colour", fill_color="colour"),
         plot.scatter("x", "y", source=hollow, size=8, line_color="colour", fill_color="colour", fill_alpha=0.15, line_width=1.4),
     ]
-    names = plot.text("x", "y", text="label", source=filled, x_offset=7, y_offset="shift", text_font_size="11px", text_font=value(FONT))
+    names = plot.text(
+        "x", "y", text="label", source=filled, x_offset=7, y_offset="shift", text_font_size="11px", text_font=value(FONT)
+    )
     names.glyph.tags = ["ink"]
     plot.add_tools(HoverTool(renderers=marks, tooltips=[("", "@name"), ("value [95 %]", "@first"), ("cost", "@second")]))
     return plot
@@ -49,8 +50,8 @@ def _points(x: str, y: str) -> Any:
 
 def blank(x: str = "linear", y: str = "linear", **given: Any) -> Any:
     """A figure in the page's manner, without data."""
-    plot = figure(x_axis_type=x, y_axis_type=y, tools=TOOLS, active_drag=None, sizing_mode="stretch_width", toolbar_location="above",
-                  **given)  # fmt: skip
+    given |= {"tools": TOOLS, "active_drag": None, "sizing_mode": "stretch_width", "toolbar_location": "above"}
+    plot = figure(x_axis_type=x, y_axis_type=y, **given)
     plot.toolbar.logo = None
     plot.xaxis.name, plot.yaxis.name = "x-axis", "y-axis"
     for axis in (*plot.xaxis, *plot.yaxis):
@@ -110,8 +111,3 @@ def _stacked(causes: Sequence[Mapping]) -> list[tuple[float, float, Mapping]]:
             found.append((above, above + share, one))
             above += share
     return found
-
-
-def script(figures: Mapping[str, dict]) -> str:
-    """All plots of a page as JSON for a script element."""
-    return json.dumps(figures, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")

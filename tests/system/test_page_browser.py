@@ -50,7 +50,7 @@ def page(browser, folder):
     page.on("console", lambda message: problems.append(message.text) if message.type == "error" else None)
     page.on("pageerror", lambda error: problems.append(str(error)))
     page.on("request", lambda request: requests.append(request.url))
-    page.goto((folder / "index.html").as_uri())
+    page.goto((folder / "index.html").as_uri() + "#?view=table")
     yield page
     assert page.evaluate("window.pwned") is None
     assert problems == []
@@ -188,7 +188,7 @@ def test_without_storage_the_order_is_the_reports(browser, folder):
     page = context.new_page()
     problems = []
     page.on("pageerror", lambda error: problems.append(str(error)))
-    page.goto((folder / "index.html").as_uri())
+    page.goto((folder / "index.html").as_uri() + "#?view=table")
     page.get_by_role("button", name="rel. RMSE").click()
     order = [cell["id"] for cell in json.loads((folder / "results.json").read_text(encoding="utf-8"))["cells"]]
     page.goto((folder / "cells" / f"{slug(order[0])}.html").as_uri())
@@ -199,7 +199,7 @@ def test_without_storage_the_order_is_the_reports(browser, folder):
 def test_without_scripts_all_links_lead_on(browser, folder):
     context = browser.new_context(java_script_enabled=False)
     page = context.new_page()
-    page.goto((folder / "index.html").as_uri())
+    page.goto((folder / "index.html").as_uri() + "#?view=table")
     page.locator("#summary tbody tr td a").nth(3).click()
     assert page.locator(".cell h1").inner_text().startswith(synthetic.HOSTILE)
     assert page.locator(".strip img").first.is_visible() and page.locator(".viewer").is_hidden()
@@ -231,7 +231,7 @@ def test_cells_without_scores_say_why(page):
 def test_fits_small_and_large_screens(browser, folder, width, scheme):
     context = browser.new_context(viewport={"width": width, "height": 800}, color_scheme=scheme)
     page = context.new_page()
-    page.goto((folder / "index.html").as_uri())
+    page.goto((folder / "index.html").as_uri() + "#?view=table")
     open_cell(page)
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     background = page.evaluate("getComputedStyle(document.body).backgroundColor")
