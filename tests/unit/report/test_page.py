@@ -90,7 +90,7 @@ def test_data_keeps_sign_and_value(written):
     for name in ("image", "reference"):
         assert (np.abs(read[name] - originals[name]) < 0.15 * sigma).all()
     error = (read["image"] - read["reference"]).mean(-1)
-    np.testing.assert_allclose(error, originals["error"].mean(-1), atol=0.15 * float(np.median(sigma)))
+    assert (np.abs(error - originals["error"].mean(-1)) < 0.2 * sigma.mean(-1)).all()
     assert error.min() < -0.05 < 0.05 < error.max()
     np.testing.assert_allclose(read["sigma"], sigma.mean(-1), rtol=0.02)
     np.testing.assert_allclose(read["flip"], originals["flip"], atol=1 / 512 + 1e-6)
