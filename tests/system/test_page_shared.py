@@ -25,8 +25,8 @@ BAD = "window.pwned=1"
 NAMES = [
     f"<script>{BAD}</script>", f"</title></style></script><script>{BAD}</script>", f"<img src=x onerror={BAD}>",
     f"\"><svg onload='{BAD}'>", f"' onmouseover='{BAD}' autofocus onfocus='{BAD}", "../../../outside", "..", "/etc/passwd",
-    f"javascript:{BAD}", "{{ 7 * 7 }}{% raw %}", "é 漢字 \U0001f4a5 \u202etxt", "a\nb\tc", f"<!--<script>{BAD}", "\\..\\x", "x" * 300,
-    "&lt;b&gt;",
+    f"javascript:{BAD}", "{{ 7 * 7 }}{% raw %}", "é 漢字 \U0001f4a5 \u202etxt", "a\nb\tc", f"<!--<script>{BAD}", "\\..\\x",
+    "x" * 300, "&lt;b&gt;",
 ]  # fmt: skip
 
 
@@ -47,10 +47,17 @@ def tab(browser):  # noqa: F811
 
 
 def drawn(tab):
-    """Wait until FlipBook has drawn every picture; the shown one."""
-    tab.wait_for_function("n => document.querySelectorAll('.cell .book canvas').length === n",
-                          arg=tab.locator(".cell .strip button").count())  # fmt: skip
+    """Wait until FlipBook has drawn every picture; the reference, once it has come to rest."""
+    buttons = tab.locator(".cell .strip button")
+    tab.wait_for_function("n => document.querySelectorAll('.cell .book canvas').length === n", arg=buttons.count())
+    buttons.nth(1).click()
+    tab.wait_for_selector(".strip figure:nth-child(2) button[aria-pressed=true]")
     return canvas(tab)
+
+
+def alike(a, b):
+    """Whether two screenshots show the same, but for a pixel's shift by where the viewer happens to stand."""
+    return a.shape == b.shape and np.abs(a - b).mean() < 0.01
 
 
 def test_the_same_from_a_server(tab, folder):  # noqa: F811
@@ -71,7 +78,7 @@ def test_the_same_from_a_server(tab, folder):  # noqa: F811
         tab.wait_for_selector("#summary")
         assert tab.locator("th[aria-sort=ascending]").inner_text() == "rel. RMSE"
         tab.goto((folder / "cells" / f"{name}.html").as_uri())
-        assert np.abs(drawn(tab) - served).max() < 0.01
+        assert alike(drawn(tab), served)
     finally:
         server.shutdown()
         server.server_close()
@@ -85,9 +92,9 @@ def test_a_single_file_of_one_cell(tab, folder, tmp_path):  # noqa: F811
     error_on_its_page = canvas(tab)
     tab.requests.clear()
     tab.goto((tmp_path / "one é.html").as_uri())
-    assert np.abs(drawn(tab) - on_its_page).max() < 0.01
+    assert alike(drawn(tab), on_its_page)
     tab.keyboard.press("3")
-    assert np.abs(canvas(tab) - error_on_its_page).max() < 0.01
+    assert alike(canvas(tab), error_on_its_page) and not alike(error_on_its_page, on_its_page)
     assert len([url for url in tab.requests if not url.startswith(("data:", "blob:"))]) == 1, "the file itself"
     assert all(tab.locator(f"a[{which}]").is_hidden() for which in ("rel=prev", "rel=next", "class=back"))
     assert tab.evaluate("[...document.images].every((image) => image.complete && image.naturalWidth > 8)")
