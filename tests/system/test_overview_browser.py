@@ -17,6 +17,7 @@ import pytest
 from evalsuite.compare.causes import causes
 from evalsuite.compare.findings import findings
 from evalsuite.report import page as report
+from evalsuite.report.numbers import interval, number
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "unit" / "report"))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "unit" / "compare"))
@@ -359,6 +360,31 @@ def test_nothing_serious_for_axe(open_page, width, scheme):
         assert serious == []
 
 
+def test_numbers_read_as_in_the_tables(open_page):
+    """Two implementations, one way to write a figure."""
+    page = open_page()
+    random = np.random.default_rng(1)
+    values = [
+        0.0,
+        -0.0,
+        1e-7,
+        99.96,
+        1234.5,
+        -0.5,
+        1e-3,
+        99999.0,
+        123456.0,
+        *(10 ** random.uniform(-9, 7, 200) * random.choice([-1, 1], 200)),
+    ]
+    for unit in ("", "%", "dB"):
+        said = page.evaluate("([values, unit]) => values.map((v) => scores.number(v, unit))", [values, unit])
+        assert said == [number(v, unit) for v in values]
+        ends = [{"low": v, "high": v + abs(v) * w} for v, w in zip(values, random.uniform(0, 2, len(values)), strict=True)]
+        ends += [{"low": None, "high": 1.0}, {"low": 2.0, "high": None}]
+        said = page.evaluate("([ends, unit]) => ends.map((e) => scores.interval(e, unit))", [ends, unit])
+        assert said == [interval({"ci95": [e["low"], e["high"]]}, unit) for e in ends]
+
+
 def test_three_hundred_cells_are_usable_within_a_second(open_page, tmp_path):
     metrics = [name for name, *_ in report.METRICS]
     numbers = np.random.default_rng(0).uniform(0.01, 0.9, (300, len(metrics), 2))
@@ -384,5 +410,9 @@ def test_three_hundred_cells_are_usable_within_a_second(open_page, tmp_path):
     loaded = time.perf_counter() - started
     spent = page.evaluate("() => { const e = performance.getEntriesByType('navigation')[0]; return e.domContentLoadedEventEnd; }")
     assert spent < 1000 and loaded < 3, (spent, loaded)
+    for name in metrics:  # every kind of scale
+        page.select_option("#metric", name)
+        assert "NaN" not in page.locator("#legend").inner_html() + page.locator("#matrix").inner_html()
+        assert len(set(page.locator("#matrix td[data-value]").evaluate_all("all => all.map((e) => e.style.background)"))) > 20
     files = [tmp_path / "index.html", *(f for f in (tmp_path / "static").iterdir() if f.name not in ("flipbook.js", "cell.js"))]
     assert sum(f.stat().st_size for f in files) < 3e6
