@@ -6,7 +6,6 @@ from __future__ import annotations
 import importlib.metadata
 import importlib.resources
 import importlib.util
-import math
 import os
 import re
 import shutil
@@ -17,7 +16,8 @@ from pathlib import Path
 import jinja2
 
 from evalsuite.image.files import replacing
-from evalsuite.report import causes, envelopes, pictures, rankings, where
+from evalsuite.report import causes, envelopes, pictures, rankings, tables, where
+from evalsuite.report.numbers import interval, number
 from evalsuite.report.scales import short
 from evalsuite.store.results import slug
 
@@ -68,6 +68,7 @@ def write(results: Mapping, directory: Path) -> Path:
         "rankings": rankings.section(results, directory),
     }
     counts = {status: sum(c["data"].get("status") == status for c in cells) for status in STATUS}
+    tables.write(results, directory)
     index = directory / "index.html"
     host = _host(results.get("host") or {})
     _put(index, environment.get_template("index.html").render(**shared, **across, cells=cells, counts=counts, host=host))
@@ -89,36 +90,6 @@ def _put(path: Path, html: str) -> None:
     if not (path.is_file() and path.read_text(encoding="utf-8") == text):
         with replacing(path) as temporary:
             temporary.write_text(text, encoding="utf-8")
-
-
-def number(value: float | None, unit: str = "", digits: int = 3, resolve: float = 0.0) -> str:
-    """A figure for a table: significant digits, more if needed to show a difference of `resolve`; — for none."""
-    if value is None or not math.isfinite(value):
-        return "—"
-    factor = 100 if unit == "%" else 1
-    magnitude = abs(value) * factor
-    if magnitude == 0:
-        text = "0"
-    elif 1e-3 <= magnitude < 1e5:
-        decimals = digits - 1 - math.floor(math.log10(magnitude))
-        if resolve > 0:
-            decimals = max(decimals, min(-math.floor(math.log10(resolve * factor)), 6))
-        text = f"{magnitude:.{max(0, decimals)}f}"
-    else:
-        text = f"{magnitude:.{digits - 1}e}"
-    return ("−" if value < 0 and text.strip("0.") else "") + text + (f" {unit}" if unit else "")
-
-
-def interval(metric: Mapping | None, unit: str = "") -> str:
-    """lo … hi, with enough digits to tell them apart; an open end is ∞."""
-    if not metric:
-        return ""
-    lo, hi = metric["ci95"]
-    if lo == hi and lo is not None:
-        return "no interval"
-    width = hi - lo if lo is not None and hi is not None else 0.0
-    first, last = (number(v, unit, resolve=width).replace(f" {unit}", "") for v in (lo, hi))
-    return f"{'−∞' if lo is None else first} … {'∞' if hi is None else last}"
 
 
 def _plain(value: object) -> str:
