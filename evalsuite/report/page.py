@@ -16,7 +16,7 @@ from pathlib import Path
 import jinja2
 
 from evalsuite.image.files import replacing
-from evalsuite.report import causes, envelopes, findings, matrix, pictures, plots, rankings, where
+from evalsuite.report import causes, envelopes, findings, matrix, pictures, plots, rankings, tables, where
 from evalsuite.report.numbers import interval, number, plain
 from evalsuite.report.scales import short
 from evalsuite.store.results import slug
@@ -71,6 +71,7 @@ def write(results: Mapping, directory: Path) -> Path:
     }
     across["figures"] = pictures.js_json(_figures(results, across["envelopes"]))
     counts = {status: sum(c["data"].get("status") == status for c in cells) for status in STATUS}
+    tables.write(results, directory)
     index = directory / "index.html"
     host = _host(results.get("host") or {})
     _put(index, environment.get_template("index.html").render(**shared, **across, cells=cells, counts=counts, host=host))

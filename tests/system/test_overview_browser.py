@@ -369,7 +369,7 @@ def test_numbers_read_as_in_the_tables(open_page):
         -0.0,
         1e-7,
         99.96,
-        1234.5,
+        1234.6,
         -0.5,
         1e-3,
         99999.0,

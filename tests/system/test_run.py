@@ -92,6 +92,8 @@ def test_a_users_own_scene_ends_with_a_page(first):
     assert outcome.code == 0, outcome.err
     assert str(folder / "out put" / "index.html") in outcome.out
     results = json.loads((folder / "out put" / "results.json").read_text(encoding="utf-8"))
+    for kind in ("csv", "md", "tex"):
+        assert "diffuse-topmip" in (folder / "out put" / f"results.{kind}").read_text(encoding="utf-8")
     jsonschema.validate(results, RESULTS)
     assert [(c["technique"], c["target"], c["status"]) for c in results["cells"]] == [
         (t, target, "scored") for t in ("diffuse-sh9", "diffuse-topmip") for target in ("unoccluded", "direct")
@@ -165,6 +167,8 @@ def test_fresh_store_gives_bit_identical_results(evalsuite, first, tmp_path):
         for name in x["images"]:
             one, other = (exr.read(d / c["images"][name]) for d, c in ((folder / "out put", x), (tmp_path / "again", y)))
             assert np.array_equal(one, other), name
+    compared = evalsuite("compare", folder / "out put", tmp_path / "again")
+    assert compared.code == 0 and "Of 4 cells in both runs: 4 unchanged." in compared.out
 
 
 def test_parameter_binds_the_material_in_both_renderers(evalsuite, tmp_path):
