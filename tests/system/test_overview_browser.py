@@ -14,6 +14,7 @@ import imageio.v3 as iio
 import numpy as np
 import pytest
 
+from evalsuite.compare import ranking
 from evalsuite.compare.causes import causes
 from evalsuite.compare.findings import findings
 from evalsuite.report import page as report
@@ -71,6 +72,8 @@ def folder(tmp_path_factory):
         {**scored("ring", "broken", "office", 0.1), "status": "failed", "metrics": {}, "ledger": [], "message": "no picture"},
     ]
     results = {"schema": "evalsuite.results/1", "cells": cells, "host": {}, "causes": causes(cells)}
+    ranked = [ranking.rank(group) for group in ranking.groups(cells)]
+    results["rankings"] = {"kendall": ranking.kendall(ranked), "groups": ranked, "flips": []}
     report.write(json.loads(json.dumps(results)), directory)
     return directory
 
