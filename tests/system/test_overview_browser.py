@@ -47,6 +47,7 @@ def scored(scene, technique, environment, value, exponent=None, target="unocclud
     flip = {"value": 0.5 - value, "ci95": [0.45 - value, 0.55 - value]}
     signed = {"value": bias, "ci95": [bias - 0.01, bias + 0.01]}
     metrics = {"rel_rmse": metric, "mse": metric, "flip": flip, "rel_bias": signed, "rel_rmse_full": metric}
+    metrics |= dict.fromkeys(("relmse", "smape", "mae", "max_abs", "p99_abs", "delta_e2000"), metric)
     regional = {"rel_rmse": {"value": 2 * value, "ci95": [value, 3 * value]}, "rel_bias": signed}
     region = {"grazing": {"pixels": 9, "share": metric, "metrics": regional}}
     rung = {"from": "truth", "to": "picture", "value": value, "ci95": [value, value], "rel_rmse": metric, "rel_bias": signed}
