@@ -137,9 +137,10 @@ def rank_cells(files: Mapping[str, Mapping[str, Path]], confidence: float) -> di
     Returns {"order": ids, "pairs": […]}; see `decide.rank`."""
 
     def picture(cell: Mapping[str, Path], name: str) -> NDArray[np.float64] | None:
-        return exr.read(cell[name]).astype(np.float64) if name in cell else None
+        return alike(exr.read(cell[name])).astype(np.float64) if name in cell else None
 
     one = next(iter(files.values()))
+    alike = exr.coarsest([each["image"] for each in files.values()])
     mask = np.logical_and.reduce([picture(each, "mask")[..., 0] > 0.5 for each in files.values()])
     halves = one["reference"].parent / "halves.npz"  # beside the store's entry only
     measured = None

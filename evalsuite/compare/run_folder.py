@@ -30,17 +30,24 @@ class Run:
             )
         return {cell["id"]: cell for cell in found}
 
+    def step(self, cell: Mapping) -> float:
+        """How far, relative, rounding in the folder may carry apart two pixels that were almost equal."""
+        return 2.0 ** -exr.significant_bits(self._place(cell, "image"))
+
     def picture(self, cell: Mapping, name: str, optional: bool = False) -> NDArray[np.float64] | None:
         """One of a cell's pictures, (H, W, 3). Raises EvalsuiteError where it is missing, damaged or outside the folder."""
-        path = (cell.get("images") or {}).get(name)
-        if path is None and optional:
+        if optional and (cell.get("images") or {}).get(name) is None:
             return None
+        return exr.read(self._place(cell, name)).astype(np.float64)
+
+    def _place(self, cell: Mapping, name: str) -> Path:
+        path = (cell.get("images") or {}).get(name)
         place = self.directory / str(path)
         if path is None or not place.resolve().is_relative_to(self.directory.resolve()):
             raise EvalsuiteError(
                 self.directory / "results.json", f"{path!r} as {name} of {cell['id']}", "a picture in its folder"
             )
-        return exr.read(place).astype(np.float64)
+        return place
 
 
 def _well_formed(cell: object) -> bool:

@@ -103,7 +103,9 @@ def _decide(run_a: Run, a: Mapping, run_b: Run, b: Mapping) -> tuple[str, str, M
     pictures = [
         noisy_picture(image, noise, seed)[inside] for seed, (image, noise) in enumerate(zip(images, noises, strict=True), 1)
     ]
-    if np.abs(pictures[0].mean - pictures[1].mean).max() <= 4 * ROUNDING * np.abs(truths[0].mean).mean():
+    off, least = np.abs(pictures[0].mean - pictures[1].mean), 4 * ROUNDING * np.abs(truths[0].mean).mean()
+    step = max(run_a.step(a), run_b.step(b)) * np.abs(pictures[0].mean)
+    if off.mean() <= least and (off <= np.maximum(least, step)).all():
         return "identical", "mse", Metric(0.0, (0.0, 0.0)), reference
     if same:
         return "paired", "mse", decide.difference(*pictures, truths[0]), reference

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from evalsuite.compare import crossover, envelopes
 from evalsuite.compare.envelopes import Contender, Plane, logarithmic
 from evalsuite.image.files import replacing
+from evalsuite.report import envelope_plots
 from evalsuite.report.figures import style
+from evalsuite.report.scales import Scale
 
 Float = NDArray[np.float64]
 
@@ -22,7 +24,7 @@ Float = NDArray[np.float64]
 AXES = {
     "exponent": "exponent of the lobe",
     "alpha": "GGX or Beckmann width α",
-    "frequency": "environment frequency [spherical-harmonic degree ℓ]",
+    "frequency": "environment frequency [degree ℓ]",
     "face_size": "face size [texels]",
 }
 COSTS = {"gpu_ms": "GPU time of one frame [ms]", "prepare_ms": "preparation, once an environment [ms]"}
@@ -34,12 +36,15 @@ ROWS = 60
 
 @dataclass(frozen=True)
 class Figure:
-    """path: SVG relative to the page, with a PNG of the same stem beside it. alt: what it shows, for who cannot see it."""
+    """path: SVG relative to the page, with a PNG of the same stem beside it. alt: what it shows, for who cannot see it. plots:
+    the same as plots to use, name → JSON, which then stand on the page instead; scale: their colours, if they have such."""
 
     path: str
     title: str
     alt: str
     caption: str
+    plots: Mapping[str, dict] = field(default_factory=dict)
+    scale: Scale | None = None
 
 
 def section(results: Mapping, directory: Path) -> dict[str, Any] | None:
@@ -69,6 +74,12 @@ def _figures(plane: Plane, number: int, fronts: Sequence[Mapping], directory: Pa
         f"Dots are the {points}, crossed where the 95 % interval reaches 0; between them log-log interpolation. Each technique "
         "against its own truth.",
     )]  # fmt: skip
+    levels = _levels_of(plane)
+    made[0] = replace(
+        made[0],
+        plots={f"contours-{number}-{k}": one for k, one in enumerate(envelope_plots.panels(plane, levels, AXES), 1)},
+        scale=envelope_plots.scale(levels),
+    )
     rivals = {values: plane.at(dict(values)) for values in (tuple(s.items()) for s in plane.slices)}
     if any(len(r) > 1 for r in rivals.values()):
         made.append(_save(
@@ -92,6 +103,9 @@ def _figures(plane: Plane, number: int, fronts: Sequence[Mapping], directory: Pa
             "mean over these cells. Line: the front. Hollow: beaten in both."
             + (f" Numbers: {axes}." if axes else ""),
         ))  # fmt: skip
+        colours = _colours(plane)
+        of = {f"pareto-{number}-{f['cost']}": envelope_plots.front(f, colours, COSTS[f["cost"]]) for f in own}
+        made[-1] = replace(made[-1], plots=of)
     return made
 
 
@@ -101,9 +115,7 @@ def contours(plane: Plane) -> Any:
     columns = max(sum((c.technique, *c.others.values()) == t for c in plane.contenders) for t in techniques)
     figure = style.figure(1.2 + 2.5 * columns, 0.9 + 2.1 * len(techniques))
     grid = figure.subplots(len(techniques), columns, squeeze=False, sharex=True, sharey=True)
-    values = np.concatenate([c.drawn[c.drawn > 0] for c in plane.contenders])
-    levels = _levels(values) if len(values) else np.array([1e-4, 1e-3])
-    shown = None
+    levels, shown = _levels_of(plane), None
     for row, technique in zip(grid, techniques, strict=True):
         members = [c for c in plane.contenders if (c.technique, *c.others.values()) == technique]
         for axes, one in zip(row, members, strict=False):
@@ -138,8 +150,7 @@ def winners(plane: Plane) -> Any:
     """A panel a slice: the best contender's colour, hatched where undecided, and the crossovers with their intervals."""
     slices = [values for values in plane.slices if len(plane.at(values)) > 1]
     figure = style.figure(max(1.0 + 3.4 * len(slices), 6.4), 4.4)
-    techniques = list(dict.fromkeys(c.technique for c in plane.contenders))
-    colours = {t: style.SERIES[k % len(style.SERIES)] for k, t in enumerate(techniques)}
+    colours = _colours(plane)
     grid = figure.subplots(1, len(slices), squeeze=False, sharey=True)[0]
     for axes, values in zip(grid, slices, strict=True):
         _winner(axes, plane, plane.at(values), colours)
@@ -207,8 +218,7 @@ def fronts_figure(plane: Plane, fronts: Sequence[Mapping]) -> Any:
     from matplotlib.ticker import LogLocator, NullFormatter
 
     figure = style.figure(6.2 * len(fronts), 5.0)
-    techniques = list(dict.fromkeys(c.technique for c in plane.contenders))
-    colours = {t: style.SERIES[k % len(style.SERIES)] for k, t in enumerate(techniques)}
+    colours = _colours(plane)
     for axes, entry in zip(figure.subplots(1, len(fronts), squeeze=False)[0], fronts, strict=True):
         name, points = entry["cost"], [p for p in entry["points"] if p["rel_rmse"]["value"] and p[entry["cost"]]["value"]]
         for p in points:
@@ -242,6 +252,17 @@ def fronts_figure(plane: Plane, fronts: Sequence[Mapping]) -> Any:
 def _end(metric: Mapping, which: int) -> float:
     end = metric["ci95"][which]
     return metric["value"] if end is None else end
+
+
+def _colours(plane: Plane) -> dict[str, str]:
+    """A colour a technique."""
+    techniques = dict.fromkeys(c.technique for c in plane.contenders)
+    return {t: style.SERIES[k % len(style.SERIES)] for k, t in enumerate(techniques)}
+
+
+def _levels_of(plane: Plane) -> Float:
+    values = np.concatenate([c.drawn[c.drawn > 0] for c in plane.contenders])
+    return _levels(values) if len(values) else np.array([1e-4, 1e-3])
 
 
 def _levels(values: Float) -> Float:

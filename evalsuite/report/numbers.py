@@ -1,4 +1,4 @@
-"""Figures and intervals as text."""
+"""Figures, intervals and parameters as words: one way to write them in tables, sentences and plots."""
 
 from __future__ import annotations
 
@@ -36,6 +36,11 @@ def interval(metric: Mapping | None, unit: str = "") -> str:
     return f"{'−∞' if lo is None else first} … {'∞' if hi is None else last}"
 
 
+def measured(metric: Mapping, unit: str = "") -> str:
+    """A figure with its 95 % interval, for a sentence: 2.31 % [2.28 … 2.35], on one line."""
+    return f"{number(metric['value'], unit)} [{interval(metric, unit)}]".replace(" ", "\N{NO-BREAK SPACE}")
+
+
 def estimate(metric: Mapping | None, unit: str = "") -> str:
     """`2.31 [2.20, 2.42] %`, digits enough to tell the ends apart; — where there is no number."""
     if not metric:
@@ -45,3 +50,18 @@ def estimate(metric: Mapping | None, unit: str = "") -> str:
     value, first, last = (number(v, unit, resolve=width).replace(" %", "") for v in (metric["value"], low, high))
     ends = "" if low == high and low is not None else f" [{'−∞' if low is None else first}, {'∞' if high is None else last}]"
     return f"{value}{ends}{' %' if unit == '%' else ''}"
+
+
+def plain(value: object) -> str:
+    """Parameters and facts as text."""
+    if value is None:
+        return "—"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, list | tuple):
+        return ", ".join(plain(v) for v in value)
+    if isinstance(value, Mapping):
+        return ", ".join(f"{k} {plain(v)}" for k, v in value.items())
+    return str(value)

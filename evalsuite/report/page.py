@@ -1,4 +1,5 @@
-"""The HTML page of a run: `index.html`, `static/` and `cells/`, opened from disk with no server and no network."""
+"""The HTML page of a run: `index.html`, a page for each cell in `cells/`, and `static/`; opened from disk with no server and
+no network."""
 
 from __future__ import annotations
 
@@ -15,8 +16,8 @@ from pathlib import Path
 import jinja2
 
 from evalsuite.image.files import replacing
-from evalsuite.report import causes, envelopes, pictures, rankings, tables, where
-from evalsuite.report.numbers import interval, number
+from evalsuite.report import causes, envelopes, findings, matrix, pictures, plots, rankings, tables, where
+from evalsuite.report.numbers import interval, number, plain
 from evalsuite.report.scales import short
 from evalsuite.store.results import slug
 
@@ -52,51 +53,61 @@ def write(results: Mapping, directory: Path) -> Path:
     wanted = [(cell, slug(cell["id"])) for cell in results.get("cells", [])]
     with ThreadPoolExecutor(os.cpu_count()) as pool:  # compression leaves Python's lock alone
         prepared = list(pool.map(lambda pair: pictures.prepare(*pair, directory), wanted))
-    for (cell, name), (shown, problems) in zip(wanted, prepared, strict=True):
-        cells.append({"slug": name, "pictures": shown, "problems": problems, "data": cell, "row": _row(cell)})
-    _remove_stale(directory / "cells", {c["slug"] for c in cells})
+    for (cell, name), shown in zip(wanted, prepared, strict=True):
+        cells.append({"slug": name, **vars(shown), "data": cell, "row": _row(cell)})
+    _remove_stale(directory / "cells", {c["slug"] for c in cells}, {Path(file).stem for c in cells for file in c["files"]})
     _write_static(directory / "static")
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("evalsuite.report"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
-    )  # fmt: skip
-    environment.filters |= {"number": number, "interval": interval, "plain": _plain, "short": _short,
-                            "worst_region": where.worst, "curve_plots": where.plots}  # fmt: skip
-    counts = {status: sum(c["data"].get("status") == status for c in cells) for status in STATUS}
+    environment = _environment()
+    shared = {"results": results, "metrics": METRICS, "statuses": STATUS, "region_rows": where.ROWS}
+    for before, cell, after in zip([None, *cells], cells, [*cells[1:], None], strict=False):
+        words = {"root": "../", "cell": cell, "before": before and before["slug"], "after": after and after["slug"]}
+        _put(directory / "cells" / f"{cell['slug']}.html", environment.get_template("cell_page.html").render(**shared, **words))
     across = {
         "causes": causes.section(results),
         "envelopes": envelopes.section(results, directory),
         "rankings": rankings.section(results, directory),
+        "findings": findings.findings(results),
+        "matrix": matrix.section(results, METRICS),
     }
-    html = environment.get_template("index.html").render(
-        results=results,
-        cells=cells,
-        metrics=METRICS,
-        statuses=STATUS,
-        counts=counts,
-        host=_host(results.get("host") or {}),
-        region_rows=where.ROWS,
-        **across,
-    )
+    across["figures"] = pictures.js_json(_figures(results, across["envelopes"]))
+    counts = {status: sum(c["data"].get("status") == status for c in cells) for status in STATUS}
     tables.write(results, directory)
     index = directory / "index.html"
-    with replacing(index) as temporary:
-        temporary.write_text(html, encoding="utf-8")
+    host = _host(results.get("host") or {})
+    _put(index, environment.get_template("index.html").render(**shared, **across, cells=cells, counts=counts, host=host))
     return index
 
 
-def _plain(value: object) -> str:
-    """Parameters and facts as text."""
-    if value is None:
-        return "—"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    if isinstance(value, list | tuple):
-        return ", ".join(_plain(v) for v in value)
-    if isinstance(value, Mapping):
-        return ", ".join(f"{k} {_plain(v)}" for k, v in value.items())
-    return str(value)
+def _figures(results: Mapping, swept: Mapping | None) -> dict[str, dict]:
+    """The overview's plots by name."""
+    figures = plots.points()
+    rows = results.get("causes") or []
+    ledger = plots.ledger(rows, causes.colours(rows))
+    for figure in swept["figures"] if swept else ():
+        figures |= figure.plots
+    return figures | ({"ledger": ledger} if ledger else {})
+
+
+def _environment() -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("evalsuite.report"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
+    environment.filters |= {"number": number, "interval": interval, "plain": plain, "short": _short, "link": _link,
+                            "worst_region": where.worst, "curve_plots": where.plots}  # fmt: skip
+    return environment
+
+
+def _put(path: Path, html: str) -> None:
+    """Write a page, without its lines' indentation, unless it stands there already."""
+    text = re.sub(r"\n\s+", "\n", html)
+    if not (path.is_file() and path.read_text(encoding="utf-8") == text):
+        with replacing(path) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+
+
+def _link(to: str) -> str:
+    """Where a finding leads: a section of the page, or a cell by its id."""
+    return to if to.startswith("#") else f"cells/{slug(to)}.html"
 
 
 def _short(value: float | None) -> str:
@@ -110,7 +121,7 @@ def _row(cell: Mapping) -> dict[str, object]:
     certificate = cell.get("certificate")
     return {
         "environment": cell.get("environment") or parameters.get("env") or "",
-        "parameters": "\n".join(f"{k} = {_plain(v)}" for k, v in parameters.items() if k != "env"),
+        "parameters": "\n".join(f"{k} = {plain(v)}" for k, v in parameters.items() if k != "env"),
         "gpu_ms": cost.get("gpu_ms"),
         "reference_spp": cost.get("reference_spp"),
         "reference_s": cost.get("reference_s"),
@@ -123,14 +134,16 @@ def _row(cell: Mapping) -> dict[str, object]:
 def _host(host: Mapping) -> list[tuple[str, str]]:
     names = {"gl_renderer": "GPU side", "mitsuba": "Mitsuba", "variant": "variant", "drjit": "Dr.Jit", "llvm": "LLVM",
              "cpu": "processor", "git": "revision"}  # fmt: skip
-    return [(names[key], _plain(host[key])) for key in names if host.get(key)]
+    return [(names[key], plain(host[key])) for key in names if host.get(key)]
 
 
 def _write_static(folder: Path) -> None:
-    """Our own style and script, FlipBook from the installed package, and its licence beside it."""
+    """Our own style and scripts, FlipBook and Bokeh from the installed packages, and their licences beside them."""
     package = Path(importlib.util.find_spec("simpleimageio").submodule_search_locations[0])
     licence = next(f for f in importlib.metadata.files("simpleimageio") or [] if f.name == "LICENSE")
     sources = {"flipbook.js": package / "flipbook.js", "flipbook.LICENSE.txt": Path(licence.locate())}
+    bokeh = Path(importlib.util.find_spec("bokeh").submodule_search_locations[0])
+    sources |= {"bokeh.min.js": bokeh / "server/static/js/bokeh.min.js", "bokeh.LICENSE.txt": bokeh / "LICENSE.txt"}
     for file in importlib.resources.files("evalsuite.report").joinpath("static").iterdir():
         sources[file.name] = Path(str(file))
     for name, source in sources.items():
@@ -140,8 +153,15 @@ def _write_static(folder: Path) -> None:
                 shutil.copyfile(source, temporary)
 
 
-def _remove_stale(folder: Path, keep: set[str]) -> None:
-    for path in folder.iterdir() if folder.is_dir() else ():
-        name = path.name if path.is_dir() else path.stem
-        if name not in keep and re.search(r"-[0-9a-f]{8}$", name):
+def _remove_stale(folder: Path, cells: set[str], files: set[str]) -> None:
+    """Data, previews and pages of cells that are gone, data of references that no cell has, and previews of other versions."""
+    for path in (*folder.glob("*-????????*"), *folder.glob("references/*.js"), *folder.glob("*/*.png")):
+        if path.parent.name == "references":
+            gone = path.stem not in files
+        elif path.suffix == ".png":
+            gone = path.parent.name in cells
+        else:
+            name = path.name if path.is_dir() else path.stem
+            gone = name not in cells and re.search(r"-[0-9a-f]{8}$", name)
+        if gone:
             shutil.rmtree(path) if path.is_dir() else path.unlink()

@@ -17,7 +17,7 @@ def run(evalsuite, tmp_path_factory):
         assert done.code == 0, done.err
         results = json.loads((folder / "results.json").read_text())
         schema.validate(results)
-        return results, (folder / "index.html").read_text()
+        return results, "".join(page.read_text() for page in folder.glob("cells/*.html"))
 
     return call
 

@@ -17,6 +17,7 @@ from evalsuite.compare.runs import compare_runs
 from evalsuite.errors import EvalsuiteError
 from evalsuite.image import exr
 from evalsuite.report.runs import in_all, notes
+from evalsuite.store import results
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "report"))
 import two_runs as two
@@ -99,6 +100,22 @@ def test_other_samples_decide_what_is_large(tmp_path):
 def test_same_picture_with_another_reference_is_unchanged(tmp_path):
     row = verdict(tmp_path, (two.picture(0.1), two.reference(0)), (two.picture(0.1), two.reference(1)), seed=1)
     assert (row["verdict"], row["reference"], row["difference"]["value"]) == ("unchanged", "other samples", 0.0)
+
+
+@pytest.mark.parametrize(("change", "verdict"), [(1e-6, "unchanged"), (1e-3, "further"), (-0.03, "closer")])
+def test_rounding_in_the_folders_is_no_change(tmp_path, change, verdict):
+    """As runs keep their pictures (`store.kept`): what differs by the rounding of floats may fall on either side of a step."""
+    folders = []
+    grain = 0.01 * np.random.default_rng(3).standard_normal((two.SIZE, two.SIZE, 3))
+    for side, error in (("a", 0.05), ("b", 0.05 + change)):
+        image = two.picture(error) * (1 + grain)
+        cell = two.cell(tmp_path / side, two.name("one"), image, two.reference(0))
+        files = {name: tmp_path / side / path for name, path in cell["images"].items()}
+        folders.append(tmp_path / f"kept-{side}")
+        results.write(folders[-1], {}, [(cell, files)])
+    kept = [exr.read(next(folder.rglob("image.exr"))) for folder in folders]
+    assert not np.array_equal(*kept), "some pixels are a step apart"
+    assert compare_folders(*folders, None)["cells"][0]["verdict"] == verdict
 
 
 def test_another_truth_is_named_and_measured_by_its_own(tmp_path):

@@ -18,6 +18,11 @@ from evalsuite.store.results import slug
 HOSTILE = "<script>window.pwned=1</script>"
 
 
+def cell_pages(directory: Path) -> str:
+    """The HTML of all cells' pages."""
+    return "\n".join(page.read_text(encoding="utf-8") for page in sorted((directory / "cells").glob("*.html")))
+
+
 def pictures(size: int = 96, seed: int = 0):
     """A lit sphere over a dim background: (image, reference, standard error, halves, mask). The image is too bright on the
     left half of the sphere and too dark on the right."""

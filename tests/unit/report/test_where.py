@@ -70,7 +70,7 @@ def test_on_the_page(tmp_path):
     results = synthetic.results(tmp_path)
     results["cells"] = results["cells"][:2]
     page.write(results, tmp_path)
-    html = (tmp_path / "index.html").read_text(encoding="utf-8")
+    html = synthetic.cell_pages(tmp_path)
     assert html.count("Where the error is") == 2
     svgs = re.findall(r"<svg.*?</svg>", html, re.DOTALL)
     assert len(svgs) == 4
@@ -80,7 +80,7 @@ def test_on_the_page(tmp_path):
     for name in results["cells"][0]["regions"]:
         assert f" {name}<small>" in html
     assert "It is too bright by" in html or "It is too dark by" in html
-    assert len(list((tmp_path / "cells").glob("*/regions.png"))) == 1
+    assert len(list((tmp_path / "cells").glob("*/regions.webp"))) == 1
     blob = results["cells"][0]["blob"]
     assert f"{blob['pixels']} pixels" in html
 

@@ -1,0 +1,42 @@
+// What the overview shows, kept in the address so that a view can be shared: index.html#?metric=flip&target=path.
+"use strict";
+
+const view = (() => {
+  const listeners = [];
+  const ours = () => location.hash.startsWith("#?");
+  // Coming back from a cell the address is bare: then what was left stands.
+  let now = new URLSearchParams(ours() ? location.hash.slice(2) : location.hash ? "" : visit.read().view ?? "");
+
+  function put() {
+    const text = String(now);
+    visit.write({ view: text });
+    const address = location.href.split("#")[0] + (text ? `#?${text}` : "");
+    try { history.replaceState(null, "", address); } catch { location.replace(address); }
+  }
+
+  function tell(keys) {
+    for (const [wanted, call] of listeners) if (!keys || keys.some((key) => wanted.includes(key))) call();
+  }
+
+  window.addEventListener("hashchange", () => {
+    if (!ours()) return;
+    now = new URLSearchParams(location.hash.slice(2));
+    visit.write({ view: String(now) });
+    tell();
+  });
+
+  return {
+    get: (key) => now.get(key) ?? "",
+    // What is "" is as the report has it, and leaves the address.
+    set(changes) {
+      const changed = Object.keys(changes).filter((key) => (now.get(key) ?? "") !== String(changes[key] ?? ""));
+      if (!changed.length) return;
+      for (const key of changed) if (changes[key]) now.set(key, changes[key]); else now.delete(key);
+      put();
+      tell(changed);
+    },
+    // Call when one of these keys changes.
+    on: (keys, call) => { listeners.push([keys, call]); },
+    remember: () => visit.write({ view: String(now) }),
+  };
+})();
