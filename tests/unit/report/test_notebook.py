@@ -80,13 +80,13 @@ def test_a_metric_without_a_number(result):
 
 def test_reference():
     mean, sigma = (x.astype(np.float32) for x in two.reference(0))
-    made = api.Reference(mean, sigma, (mean, mean), two.mask(), 256, 0.0198, True)
+    made = api.Reference(mean, sigma, (mean, mean), 0 * mean, two.mask(), 256, 0.0198, True)
     text = " ".join(Whole(made._repr_html_()).text)
     assert "256 a pixel, stopped at the cap" in text and "1.98 %" in text and "48 × 48 pixels" in text and "radiance" in text
     shown = picture(made._repr_html_())
     assert shown[two.mask()].mean() > 0.5 and shown.max() == 1.0, "exposed for the object"
     assert repr(made) == "Reference(48 × 48, 256 spp, relative standard error 1.98%, stopped at the cap)"
-    dark = api.Reference(0 * mean, sigma, (mean, mean), ~two.mask() & False, 32, 0.5, False)
+    dark = api.Reference(0 * mean, sigma, (mean, mean), 0 * mean, ~two.mask() & False, 32, 0.5, False)
     assert picture(dark._repr_html_()).max() == 0
 
 
