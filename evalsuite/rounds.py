@@ -38,7 +38,8 @@ def decide(run: Run, made: Sequence[Made], confidence: float = CONFIDENCE) -> tu
     groups: dict[str, list[int]] = defaultdict(list)
     for index, (cell, files) in enumerate(made):
         if cell["status"] == "scored":
-            groups[file_digest(files["reference"])].append(index)
+            # A file in the run's folder is rounded: only the id says that it is the very same reference.
+            groups[cell.get("reference_id") or file_digest(files["reference"])].append(index)
     tasks = {
         tuple(group): run.workers.compare.submit(
             "evalsuite.compare.cell:rank_cells", {made[i][0]["id"]: made[i][1] for i in group}, confidence

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from evalsuite.compare import crossover, disagreement, envelopes, paired, pareto, ranking
 from evalsuite.compare.causes import causes
 from evalsuite.image import exr
+from evalsuite.image.rounding import RADIANCE, significant
 
 #: Rank flips whose pixels are looked at: each group's strongest first.
 FLIPS_LOOKED_AT = 12
@@ -53,7 +54,8 @@ class Pictures:
         return paired.difference(metric, self.image(a), self.image(b), self.reference, self.sigma)
 
     def _read(self, path: Path) -> NDArray[np.float64]:
-        return exr.read(path)[self.mask].astype(np.float64)
+        # As a run's folder keeps them: cells of an earlier run and fresh ones are alike to the last bit.
+        return significant(exr.read(path)[self.mask], RADIANCE).astype(np.float64)
 
 
 def findings(made: Sequence[tuple[dict, Mapping[str, Path]]]) -> dict:

@@ -27,16 +27,27 @@ MAX_PIXELS = 1 << 27
 Image = NDArray[np.float32]
 
 
-def write(path: Path | str, image: ArrayLike | Mapping[str, ArrayLike], header: Mapping[str, object] | None = None) -> None:
-    """Write one picture, or several named parts, as float32 OpenEXR (ZIP, lossless), atomically.
+def write(
+    path: Path | str,
+    image: ArrayLike | Mapping[str, ArrayLike],
+    header: Mapping[str, object] | None = None,
+    compression: str = "ZIP",
+) -> None:
+    """Write one picture, or several named parts, as OpenEXR, atomically: float32 but for HALF.
 
     image: (H, W, 3) linear Rec.709 or (H, W), or {part name: such an array}; the first part is what other programs show.
-    header: extra attributes of the first part (str, int, float). NaN and Inf are kept.
+    header: extra attributes of the first part (str, int, float). NaN and Inf are kept. compression: ZIP, lossless, PXR24,
+    which keeps 15 bits of a float's mantissa, or HALF: ZIP of half floats.
     Raises EvalsuiteError if the folder cannot be written or an array has another shape.
     """
     path = Path(path)
     parts = image if isinstance(image, Mapping) else {"image": image}
-    pieces = [_part(path, name, array, (header or {}) if i == 0 else {}) for i, (name, array) in enumerate(parts.items())]
+    kind = OpenEXR.PXR24_COMPRESSION if compression == "PXR24" else OpenEXR.ZIP_COMPRESSION
+    fixed = {"compression": kind, "type": OpenEXR.scanlineimage}
+    pieces = [_part(path, name, array, (header or {}) if i == 0 else {}, fixed) for i, (name, array) in enumerate(parts.items())]
+    for piece in pieces if compression == "HALF" else ():
+        for channel in piece.channels.values():
+            channel.pixels = channel.pixels.astype(np.float16)
     with replacing(path) as temporary, OpenEXR.File(pieces) as file:
         file.write(str(temporary))
 
@@ -101,7 +112,7 @@ def read_header(path: Path | str) -> dict[str, object]:
             raise EvalsuiteError(path, f"a damaged file ({error})", "a complete OpenEXR picture") from error
 
 
-def _part(path: Path, name: str, array: ArrayLike, header: Mapping[str, object]) -> OpenEXR.Part:
+def _part(path: Path, name: str, array: ArrayLike, header: Mapping[str, object], fixed: Mapping[str, object]) -> OpenEXR.Part:
     # A non-contiguous array would be written wrong without a word.
     pixels = np.ascontiguousarray(array, dtype=np.float32)
     if pixels.ndim == 3 and pixels.shape[2] == 1:
@@ -109,7 +120,6 @@ def _part(path: Path, name: str, array: ArrayLike, header: Mapping[str, object])
     if not (pixels.ndim == 2 or (pixels.ndim == 3 and pixels.shape[2] == 3)) or 0 in pixels.shape:
         raise EvalsuiteError(path, f"an array of shape {pixels.shape}", "(H, W, 3) or (H, W)")
     attributes = {key: _attribute(path, key, value) for key, value in header.items()}
-    fixed = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
     return OpenEXR.Part({**attributes, **fixed}, {"RGB" if pixels.ndim == 3 else "Y": pixels}, name)
 
 

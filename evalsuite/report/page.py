@@ -53,9 +53,9 @@ def write(results: Mapping, directory: Path) -> Path:
     wanted = [(cell, slug(cell["id"])) for cell in results.get("cells", [])]
     with ThreadPoolExecutor(os.cpu_count()) as pool:  # compression leaves Python's lock alone
         prepared = list(pool.map(lambda pair: pictures.prepare(*pair, directory), wanted))
-    for (cell, name), (shown, problems) in zip(wanted, prepared, strict=True):
-        cells.append({"slug": name, "pictures": shown, "problems": problems, "data": cell, "row": _row(cell)})
-    _remove_stale(directory / "cells", {c["slug"] for c in cells})
+    for (cell, name), shown in zip(wanted, prepared, strict=True):
+        cells.append({"slug": name, **vars(shown), "data": cell, "row": _row(cell)})
+    _remove_stale(directory / "cells", {c["slug"] for c in cells}, {Path(file).stem for c in cells for file in c["files"]})
     _write_static(directory / "static")
     environment = _environment()
     shared = {"results": results, "metrics": METRICS, "statuses": STATUS, "region_rows": where.ROWS}
@@ -96,8 +96,9 @@ def _environment() -> jinja2.Environment:
     return environment
 
 
-def _put(path: Path, text: str) -> None:
-    """Write a text unless it stands there already."""
+def _put(path: Path, html: str) -> None:
+    """Write a page, without its lines' indentation, unless it stands there already."""
+    text = re.sub(r"\n\s+", "\n", html)
     if not (path.is_file() and path.read_text(encoding="utf-8") == text):
         with replacing(path) as temporary:
             temporary.write_text(text, encoding="utf-8")
@@ -151,8 +152,15 @@ def _write_static(folder: Path) -> None:
                 shutil.copyfile(source, temporary)
 
 
-def _remove_stale(folder: Path, keep: set[str]) -> None:
-    for path in folder.iterdir() if folder.is_dir() else ():
-        name = path.name if path.is_dir() else path.stem
-        if name not in keep and re.search(r"-[0-9a-f]{8}$", name):
+def _remove_stale(folder: Path, cells: set[str], files: set[str]) -> None:
+    """Data, previews and pages of cells that are gone, data of references that no cell has, and previews of other versions."""
+    for path in (*folder.glob("*-????????*"), *folder.glob("references/*.js"), *folder.glob("*/*.png")):
+        if path.parent.name == "references":
+            gone = path.stem not in files
+        elif path.suffix == ".png":
+            gone = path.parent.name in cells
+        else:
+            name = path.name if path.is_dir() else path.stem
+            gone = name not in cells and re.search(r"-[0-9a-f]{8}$", name)
+        if gone:
             shutil.rmtree(path) if path.is_dir() else path.unlink()

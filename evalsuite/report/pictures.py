@@ -1,12 +1,10 @@
-"""A cell's pictures for the page: PNG previews, colour scales, and half-float data for FlipBook."""
+"""A cell's pictures for the page: previews, colour scales, and the data that `static/pixels.js` reads."""
 
 from __future__ import annotations
 
-import base64
 import hashlib
 import json
 import re
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,15 +12,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from evalsuite.compare import error_map
 from evalsuite.errors import EvalsuiteError
 from evalsuite.image import exr, ldr
 from evalsuite.image.color import luminance, tone_map
 from evalsuite.image.files import replacing
-from evalsuite.report import scales
+from evalsuite.report import packing, scales
 from evalsuite.report.scales import Scale
 
 #: Changes when what is written changes, so that pages of an older version are made anew.
-VERSION = 2
+VERSION = 3
 #: name in cell["images"] → (title, what it shows)
 TITLES = {
     "image": ("Image", "what the GPU draws"),
@@ -32,8 +31,13 @@ TITLES = {
     "zscore": ("Certainty", "|error| in standard errors of the reference; grey: noise decides"),
     "flip": ("FLIP", "difference as a viewer perceives it when flipping between the two"),
 }
-
-
+#: Standard errors, which are not shown as pictures; and what follows from the others.
+NOISE = ("standard_error", "image_standard_error")
+DERIVED = ("relative", "zscore")
+#: Largest side of a preview [pixels].
+PREVIEW = 192
+#: Steps of the page's data from 0 to the end of the scale; 64 for rungs.
+STEPS = {"error": 256, "flip": 256, "regions": 10.5}
 _RUNG = re.compile(r"rung-(\d+)")
 
 
@@ -49,7 +53,7 @@ def titles(cell: Mapping) -> dict[str, tuple[str, str]]:
 
 @dataclass(frozen=True)
 class Picture:
-    """name: key in cell["images"]. preview: PNG path relative to the page."""
+    """name: key in cell["images"], or of what follows from them. preview: path relative to index.html."""
 
     name: str
     title: str
@@ -60,55 +64,81 @@ class Picture:
     scale: Scale
 
 
-def prepare(cell: Mapping, slug: str, directory: Path) -> tuple[list[Picture], list[str]]:
-    """Write `cells/<slug>.js` and the previews unless they are there for these very files; (pictures, problems)."""
-    named = titles(cell)
-    paths = {name: directory / cell["images"][name] for name in (*named, "mask") if cell.get("images", {}).get(name)}
+@dataclass(frozen=True)
+class Prepared:
+    """A cell's pictures in the page's order. problems: what cannot be shown, in words. files: the data that the cell's page
+    reads, relative to `cells/`."""
+
+    pictures: tuple[Picture, ...] = ()
+    problems: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
+
+
+def prepare(cell: Mapping, slug: str, directory: Path) -> Prepared:
+    """Write the cell's data and previews into `cells/`, unless they are there for these very files."""
+    paths = {
+        name: directory / cell["images"][name] for name in (*titles(cell), *NOISE, "mask") if cell.get("images", {}).get(name)
+    }
     if not paths:
-        return [], []
-    script = directory / "cells" / f"{slug}.js"
+        return Prepared()
+    sidecar = directory / "cells" / f"{slug}.json"
     key = _key(cell, paths)
-    done = _sidecar(script.with_suffix(".json"), key)
+    done = _read_sidecar(sidecar, key)
     if done is None:
-        done = {"key": key, **_make(cell, paths, script)}
-        with replacing(script.with_suffix(".json")) as temporary:
+        done = {"key": key, **_make(cell, paths, directory / "cells", slug)}
+        with replacing(sidecar) as temporary:
             temporary.write_text(json.dumps(done), encoding="utf-8")
-    pictures = []
+    pictures, named = [], titles(cell)
     for entry in done["pictures"]:
         scale = Scale(*(_tuples(entry["scale"][field]) for field in ("stops", "ticks")), entry["scale"]["caption"])
-        title, shows = named[entry["name"]]
-        preview = f"cells/{slug}/{entry['name']}.png"
-        pictures.append(Picture(entry["name"], title, shows, preview, entry["width"], entry["height"], scale))
-    return pictures, done["problems"]
+        preview = f"cells/{slug}/{entry['name']}.webp"
+        pictures.append(Picture(entry["name"], *named[entry["name"]], preview, entry["width"], entry["height"], scale))
+    return Prepared(tuple(pictures), tuple(done["problems"]), tuple(done["files"]))
 
 
-def _make(cell: Mapping, paths: Mapping[str, Path], script: Path) -> dict:
+def _make(cell: Mapping, paths: Mapping[str, Path], folder: Path, slug: str) -> dict:
     arrays, problems, named = {}, [], titles(cell)
     for name, path in paths.items():
-        if name == "mask":
+        if name in DERIVED or name == "mask":
             continue
         try:
             arrays[name] = next(iter(exr.read_parts(path).values()))
         except EvalsuiteError as error:
-            problems.append(f"{named[name][0]} cannot be shown: {error}")
+            problems.append(f"{named[name][0] if name in named else name} cannot be shown: {error}")
     shapes = {array.shape[:2] for array in arrays.values()}
     if len(shapes) > 1:
         arrays = {}
         problems.append(f"pictures of different sizes cannot be shown: {', '.join(map(str, sorted(shapes)))}")
-    pictures, items = [], []
     mask = _mask(paths.get("mask"), shapes)
-    for name, array in arrays.items():
-        scale, encoded, settings = _look(name, array, cell, arrays, mask)
-        ldr.write_png(script.with_suffix("") / f"{name}.png", encoded)
-        height, width = array.shape[:2]
+    data = Data(arrays, mask)
+    shown = {name: data.shown[name] for name in named if name in data.shown}
+    if not shown:
+        return {"pictures": [], "problems": problems, "files": []}
+    pictures, items = [], []
+    (height, width), packed = shapes.pop(), data.packed()
+    for name, array in shown.items():
+        scale, encoded, settings = _look(name, array, cell, shown, mask)
+        ldr.write_webp(folder / slug / f"{name}.webp", encoded)
         stops = {"stops": scale.stops, "ticks": scale.ticks, "caption": scale.caption}
         pictures.append({"name": name, "width": width, "height": height, "scale": stops})
-        items.append({"name": named[name][0], "tmo": settings, "channels": array.size // (width * height), "data": _half(array)})
-    if items:
-        content = {"width": width, "height": height, "pictures": items}
-        with replacing(script) as temporary:
-            temporary.write_text(f"evalsuite.receive({js_json(script.stem)}, {js_json(content)});\n", encoding="utf-8")
-    return {"pictures": pictures, "problems": problems}
+        items.append({"key": name, "name": named[name][0], "tmo": settings})
+        if not (name == "reference" or name in packed) and name not in data.derivable:
+            packed[name] = packing.pack(_mean(array), scale.high / STEPS.get(name, 64))
+    files = [f"{slug}.js"]
+    if data.reference_packed:
+        key = hashlib.sha256(json.dumps(data.reference_packed).encode()).hexdigest()[:16]
+        files.append(f"references/{key}.js")
+        _receive(folder / files[1], files[1], {"packed": data.reference_packed})
+    content = {"width": width, "height": height, "pictures": items, "packed": packed, **data.constants}
+    _receive(folder / files[0], slug, content)
+    return {"pictures": pictures, "problems": problems, "files": files}
+
+
+def _receive(path: Path, name: str, content: Mapping) -> None:
+    text = f"pixels.receive({js_json(name)}, {js_json(content)});\n"
+    if not (path.is_file() and path.read_text(encoding="utf-8") == text):
+        with replacing(path) as temporary:
+            temporary.write_text(text, encoding="utf-8")
 
 
 def _look(
@@ -120,14 +150,14 @@ def _look(
         exposure = float(cell.get("exposure") or _exposure(arrays.get("reference", array)))
         settings = {"activeTMO": "exposure", "exposure": round(float(np.log2(exposure)), 3), "min": 0, "max": 1 / exposure}
         rgb = finite if finite.ndim == 3 else np.repeat(finite[..., None], 3, axis=2)
-        return scales.radiance(exposure), tone_map(rgb, exposure), settings
-    values = finite.mean(axis=2) if finite.ndim == 3 else finite
+        return scales.radiance(exposure), tone_map(_reduced(rgb), exposure), settings
+    values = _mean(finite)
     scored = values if mask is None else values[mask]
     if name == "error":
         scale = scales.diverging(scales.nice_limit(scored, 0.0), "image − reference, radiance")
     elif _RUNG.fullmatch(name):
         # One scale for all rungs, so that they can be told apart by their colours.
-        rungs = [a.mean(axis=2) if a.ndim == 3 else a for n, a in arrays.items() if _RUNG.fullmatch(n)]
+        rungs = [_mean(a) for n, a in arrays.items() if _RUNG.fullmatch(n)]
         all_values = np.concatenate([np.nan_to_num(r if mask is None else r[mask]).ravel() for r in rungs])
         ends = cell["ledger"][int(name.removeprefix("rung-"))]
         scale = scales.diverging(scales.nice_limit(all_values, 0.0), f"{ends['to']} − {ends['from']}, radiance")
@@ -136,10 +166,74 @@ def _look(
         scale = scales.diverging(limit, "(image − reference) / reference", percent=True)
     elif name == "regions":
         scale = scales.regions(cell.get("regions") or ())
+        values = values[:: _factor(values), :: _factor(values)]  # numbers have no mean
     else:
         scale = scales.standard_errors() if name == "zscore" else scales.flip()
     settings = {"activeTMO": "script", "script": scale.glsl, "exposure": 0, "min": scale.low, "max": scale.high}
-    return scale, scale.colours(values), settings
+    return scale, scale.colours(values if name == "regions" else _reduced(values)), settings
+
+
+def _factor(array: NDArray) -> int:
+    return -(-max(array.shape[:2]) // PREVIEW)
+
+
+def _reduced(array: NDArray) -> NDArray:
+    """Means of square blocks, as few pixels each as let the preview be no larger than PREVIEW."""
+    k = _factor(array)
+    rest = [(0, -size % k) for size in array.shape[:2]] + [(0, 0)] * (array.ndim - 2)
+    padded = np.pad(array, rest, mode="edge")
+    height, width = (size // k for size in padded.shape[:2])
+    return padded.reshape(height, k, width, k, *array.shape[2:]).mean(axis=(1, 3))
+
+
+def _mean(array: NDArray) -> NDArray:
+    return array.mean(axis=2) if array.ndim == 3 else array
+
+
+class Data:
+    """A cell's pictures: what is shown, what the page derives by itself, and what it must be given."""
+
+    def __init__(self, arrays: Mapping[str, NDArray], mask: NDArray[np.bool_] | None) -> None:
+        self.shown = {name: array for name, array in arrays.items() if name not in NOISE}
+        self._own = arrays.get("image_standard_error")
+        image, reference = arrays.get("image"), arrays.get("reference")
+        self._pair = (image, reference) if image is not None and reference is not None else None
+        sigma = arrays.get("standard_error")
+        self.step, self.soft = packing.fineness(reference, sigma, mask) if reference is not None else (packing.FINEST, 1.0)
+        self._sigma = None if sigma is None else _mean(sigma)
+        self._noise = _mean(np.hypot(sigma, self._own)) if sigma is not None and self._own is not None else self._sigma
+        self.derivable, self.constants = set(), {"rounding": [self.step, self.soft], "largest_z": error_map.MAX_Z, "epsilon": 0.0}
+        if self._pair and all(a.ndim == 3 for a in self._pair) and "error" in arrays:
+            scale = float(np.nanmean(reference if mask is None else reference[mask]))
+            self.constants["epsilon"] = error_map.EPSILON * scale
+            self.derivable = {"error", "relative"}
+            self.shown["relative"] = error_map.relative(image, reference, scale)
+            if self._noise is not None:
+                self.derivable.add("zscore")
+                self.shown["zscore"] = self._zscore(image, reference)
+
+    def _zscore(self, image: NDArray, reference: NDArray) -> NDArray:
+        """As `error_map.z_score`, the rounding of what is kept counting as noise."""
+        rounding = self.step * (np.abs(reference).mean(axis=2) + self.soft) / 2
+        error = np.abs(image - reference).mean(axis=2)
+        return np.minimum(error / np.hypot(self._noise, rounding), error_map.MAX_Z)
+
+    @property
+    def reference_packed(self) -> dict:
+        """What cells of one reference share."""
+        if "reference" not in self.shown:
+            return {}
+        found = {"reference": packing.pack(self.shown["reference"], self.step, self.soft)}
+        return found | ({} if self._sigma is None else {"sigma": _pack_sigma(self._sigma)})
+
+    def packed(self) -> dict:
+        """What is the cell's own, but for differences whose scale decides their steps."""
+        found = {"image": packing.pack(self.shown["image"], self.step, self.soft)} if "image" in self.shown else {}
+        return found | ({"sigma": _pack_sigma(self._noise)} if self._own is not None and self._noise is not None else {})
+
+
+def _pack_sigma(sigma: NDArray) -> dict:
+    return packing.pack(sigma, 1 / 32, 1e-3 * float(np.nanmean(sigma)) or 1.0)
 
 
 def _mask(path: Path | None, shapes: set[tuple[int, int]]) -> NDArray[np.bool_] | None:
@@ -155,14 +249,6 @@ def _exposure(reference: NDArray) -> float:
     y = luminance(reference) if reference.ndim == 3 else reference
     white = float(np.nanpercentile(np.where(np.isfinite(y), y, 0.0), 99))
     return 1.0 / white if white > 0 else 1.0
-
-
-def _half(array: NDArray) -> str:
-    """Half floats, little-endian, all low bytes before all high bytes (compresses better), deflated, base64. Beyond half's
-    range values are cut at ±65504; the sign is kept."""
-    halves = np.clip(array, -65504, 65504).astype("<f2")
-    planes = np.frombuffer(halves.tobytes(), np.uint8).reshape(-1, 2).T
-    return base64.b64encode(zlib.compress(planes.tobytes(), 4)).decode("ascii")
 
 
 def js_json(value: object) -> str:
@@ -183,15 +269,16 @@ def _key(cell: Mapping, paths: Mapping[str, Path]) -> str:
     return digest.hexdigest()
 
 
-def _sidecar(path: Path, key: str) -> dict | None:
-    """What an earlier run wrote for these files, if its script and previews are still there."""
+def _read_sidecar(path: Path, key: str) -> dict | None:
+    """What an earlier run wrote for these files, if its data and previews are still there."""
     try:
         done = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    pictures = done.get("pictures", [])
-    files = [path.with_suffix("") / f"{p['name']}.png" for p in pictures] + [path.with_suffix(".js")] * bool(pictures)
-    return done if done.get("key") == key and all(file.exists() for file in files) else None
+    if done.get("key") != key:
+        return None
+    files = [path.with_suffix("") / f"{p['name']}.webp" for p in done["pictures"]] + [path.parent / f for f in done["files"]]
+    return done if all(file.exists() for file in files) else None
 
 
 def _tuples(value: object) -> object:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-import shutil
 from collections.abc import Iterable
 from pathlib import Path
 
 from evalsuite.errors import EvalsuiteError
+from evalsuite.store import kept
 from evalsuite.store.cache import unwritable, write_atomic
 
 SCHEMA = "evalsuite.results/1"
@@ -48,34 +48,13 @@ def read(directory: Path) -> dict:
 
 
 def write(directory: Path, header: dict, cells: Iterable[tuple[dict, dict[str, Path]]]) -> dict:
-    """Copy each cell's pictures into `directory/images/<slug>/` (unchanged ones stay) and write results.json last, in one
+    """Keep each cell's pictures under `directory/images/` (`store.kept`; unchanged ones stay) and write results.json last, in one
     step. Pictures of cells that are gone are removed. Returns what was written."""
-    results = {"schema": SCHEMA, **header, "cells": []}
-    images = directory / "images"
-    keep = set()
     try:
-        for cell, files in cells:
-            folder = images / slug(cell["id"])
-            keep.add(folder.name)
-            folder.mkdir(parents=True, exist_ok=True)
-            for name, path in files.items():
-                _copy(path, folder / f"{name}.exr")
-            names = {name: f"images/{folder.name}/{name}.exr" for name in files}
-            results["cells"].append(cell | {"images": names})
-        if (directory / "results.json").exists() and images.is_dir():
-            for folder in images.iterdir():
-                if folder.name not in keep and re.search(r"-[0-9a-f]{8}$", folder.name):
-                    shutil.rmtree(folder)
+        placed = [(cell, kept.paths(cell, files, slug(cell["id"])), files) for cell, files in cells]
+        kept.write(directory, [(names, files) for _, names, files in placed])
     except OSError as error:
         raise unwritable(directory, error) from error
+    results = {"schema": SCHEMA, **header, "cells": [cell | {"images": names} for cell, names, _ in placed]}
     write_atomic(directory / "results.json", json.dumps(results, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     return results
-
-
-def _copy(source: Path, target: Path) -> None:
-    status = source.stat()
-    if target.exists() and (target.stat().st_size, target.stat().st_mtime_ns) == (status.st_size, status.st_mtime_ns):
-        return
-    fresh = target.with_name(f".new-{target.name}")
-    shutil.copy2(source, fresh)
-    fresh.replace(target)

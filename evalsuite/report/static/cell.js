@@ -1,13 +1,12 @@
 // The viewer of a cell's page. All text is in the page already; data is only ever pixels.
 "use strict";
 
-const evalsuite = (() => {
+(() => {
   const section = document.querySelector(".cell");
   const slug = section.id;
   const viewer = section.querySelector(".viewer");
   const buttons = [...section.querySelectorAll(".strip button")];
   let host = null; // FlipBook's box
-  let receive = () => {};
 
   // ---- steps ----
   // Previous and next in the order that the overview shows; without its word the links stay those of the report's order.
@@ -24,43 +23,26 @@ const evalsuite = (() => {
   }
 
   // ---- viewer ----
-  function load() {
+  async function load() {
     const loading = viewer.querySelector(".loading");
-    const fail = () => { loading.textContent = "The pictures' data could not be loaded; the previews above remain."; };
-    receive = (data) => view(data).then(() => { loading.hidden = true; }, (error) => { console.error(error); fail(); });
-    const script = document.createElement("script");
-    script.src = `${encodeURIComponent(slug)}.js`;
-    script.onerror = fail;
-    script.onload = () => script.remove();
-    document.head.append(script);
-  }
-
-  // Half floats → Float32Array. FlipBook's own decoder flushes subnormals to zero.
-  async function decode(base64) {
-    const packed = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
-    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-    const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
-    const count = bytes.length / 2;
-    const out = new Float32Array(count);
-    for (let i = 0; i < count; i++) {
-      const bits = bytes[i] | (bytes[count + i] << 8);
-      const exponent = (bits >> 10) & 31;
-      const mantissa = bits & 1023;
-      const magnitude = exponent === 0 ? mantissa * 2 ** -24 : exponent < 31 ? (1 + mantissa / 1024) * 2 ** (exponent - 15) : mantissa ? NaN : Infinity;
-      out[i] = bits & 0x8000 ? -magnitude : magnitude;
+    try {
+      await view(await pixels.load(section));
+      loading.hidden = true;
+    } catch (error) {
+      console.error(error);
+      loading.textContent = "The pictures' data could not be loaded; the previews above remain.";
     }
-    return out;
   }
 
   async function view(data) {
-    const pixels = await Promise.all(data.pictures.map((picture) => decode(picture.data)));
+    const values = data.pictures.map((picture) => picture.values);
     host = document.createElement("div");
     host.className = "book";
     host.id = `book-${slug}`;
     viewer.append(host);
     await flipbook.MakeFlipBook({
-      dataUrls: pixels,
-      types: pixels.map(() => "float32array"),
+      dataUrls: values,
+      types: values.map(() => "float32array"),
       names: data.pictures.map((picture) => picture.name),
       width: data.width,
       height: data.height,
@@ -72,7 +54,7 @@ const evalsuite = (() => {
       initialTMOOverrides: data.pictures.map((picture) => picture.tmo),
       hideTools: true,
     });
-    while (host.querySelectorAll("canvas").length < pixels.length) await new Promise(requestAnimationFrame);
+    while (host.querySelectorAll("canvas").length < values.length) await new Promise(requestAnimationFrame);
     settle(); // React has drawn by now
   }
 
@@ -122,6 +104,4 @@ const evalsuite = (() => {
   steps();
   section.querySelector("h1").focus({ preventScroll: true });
   if (viewer) load();
-
-  return { receive: (of, data) => { if (of === slug) receive(data); } };
 })();

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import re
 import sys
 import time
-import zlib
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -21,6 +19,7 @@ from evalsuite.report.table import results_table
 
 sys.path.insert(0, str(Path(__file__).parent))
 import synthetic_results as synthetic
+from unpacking import unpack
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +51,7 @@ def test_everything_named_is_there_and_nothing_is_remote(written):
     for file in pages:
         tags = Tags()
         tags.feed(file.read_text(encoding="utf-8"))
-        assert tags.scripts == scripts.get(file.name, [f"../static/{n}.js" for n in ("flipbook", "visit", "cell")]), (
+        assert tags.scripts == scripts.get(file.name, [f"../static/{n}.js" for n in ("flipbook", "visit", "pixels", "cell")]), (
             "no script but ours"
         )
         files = [r for r in tags.references if not r.startswith(("#", "data:"))]
@@ -68,20 +67,36 @@ def test_names_stay_text(written):
     assert json.loads(pictures.js_json({"a": "</script>\u2028é"})) == {"a": "</script>\u2028é"}
 
 
+def received(path):
+    """(name, content) of a file of data."""
+    found = re.fullmatch(r'pixels\.receive\("([^"]+)", (\{.*\})\);\n', path.read_text(encoding="utf-8"))
+    return found[1], json.loads(found[2])
+
+
 def test_data_keeps_sign_and_value(written):
     directory, results = written
     cell = results["cells"][0]
-    script = next((directory / "cells").glob("sphere_glossy-mcguire_exponent=10_*.js")).read_text(encoding="utf-8")
-    content = json.loads(re.fullmatch(r'evalsuite\.receive\("[^"]+", (\{.*\})\);\n', script)[1])
+    script = next((directory / "cells").glob("sphere_glossy-mcguire_exponent=10_*.js"))
+    name, content = received(script)
+    assert name == script.stem
     assert [p["name"] for p in content["pictures"]] == [title for title, _ in pictures.TITLES.values()]
-    for name, item in zip(pictures.TITLES, content["pictures"], strict=True):
-        planes = np.frombuffer(zlib.decompress(base64.b64decode(item["data"])), np.uint8).reshape(2, -1)
-        decoded = np.ascontiguousarray(planes.T).view("<f2")[:, 0].astype(np.float32)
-        original = next(iter(exr.read_parts(directory / cell["images"][name]).values()))
-        np.testing.assert_allclose(decoded.reshape(original.shape), original, rtol=5e-4, atol=1e-7)
-        if name == "error":
-            assert decoded.min() < -0.05 < 0.05 < decoded.max()
-            assert item["tmo"]["min"] == -item["tmo"]["max"] < 0
+    html = script.with_suffix(".html").read_text(encoding="utf-8")
+    (own, shared) = re.search(r'data-files="([^"]+)"', html)[1].split()
+    assert own == script.name and received(directory / "cells" / shared)[0] == shared
+    packed = received(directory / "cells" / shared)[1]["packed"] | content["packed"]
+    read = {name: unpack(one, content["height"], content["width"]) for name, one in packed.items()}
+    assert set(read) == {"image", "flip", "reference", "sigma"}, "all else follows from these"
+    originals = {n: next(iter(exr.read_parts(directory / path).values())) for n, path in cell["images"].items()}
+    sigma = originals["standard_error"]
+    for name in ("image", "reference"):
+        assert (np.abs(read[name] - originals[name]) < 0.15 * sigma).all()
+    error = (read["image"] - read["reference"]).mean(-1)
+    np.testing.assert_allclose(error, originals["error"].mean(-1), atol=0.15 * float(np.median(sigma)))
+    assert error.min() < -0.05 < 0.05 < error.max()
+    np.testing.assert_allclose(read["sigma"], sigma.mean(-1), rtol=0.02)
+    np.testing.assert_allclose(read["flip"], originals["flip"], atol=1 / 512 + 1e-6)
+    settings = content["pictures"][2]["tmo"]
+    assert settings["min"] == -settings["max"] < 0
 
 
 def test_a_second_run_leaves_the_data_alone(written):

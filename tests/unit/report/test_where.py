@@ -80,7 +80,7 @@ def test_on_the_page(tmp_path):
     for name in results["cells"][0]["regions"]:
         assert f" {name}<small>" in html
     assert "It is too bright by" in html or "It is too dark by" in html
-    assert len(list((tmp_path / "cells").glob("*/regions.png"))) == 1
+    assert len(list((tmp_path / "cells").glob("*/regions.webp"))) == 1
     blob = results["cells"][0]["blob"]
     assert f"{blob['pixels']} pixels" in html
 

@@ -1,0 +1,120 @@
+"""The pictures of a run's folder: rounded to what is known of them and written once, however many cells share them. The store
+has them to the last bit."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evalsuite.image import exr
+from evalsuite.image.rounding import RADIANCE, significant, stepped
+from evalsuite.store.cache import file_digest
+
+#: Changes when pictures are kept in another way: a file with another stamp is written anew.
+VERSION = 1
+#: Pictures that all cells of a reference share.
+SHARED = ("reference", "standard_error")
+#: (image − reference) / (reference + ε) and |error| in standard errors follow from the others.
+LEFT_OUT = ("relative", "zscore")
+_RUNG = re.compile(r"rung-\d+")
+
+Array = NDArray[np.float32]
+
+
+def rounded(name: str, picture: Array, mask: Array | None = None, sigma: Array | None = None) -> Array:
+    """A picture as it is kept. picture: (H, W, 3) or (H, W). mask: (H, W), 1 where the object is scored, for a rung. sigma: the
+    standard error of a reference.
+
+    Radiance to 2⁻¹⁵, relative, or of a reference to about a 32nd of its own standard error; standard errors, which are estimates
+    themselves, to 3 %; the error and the ledger's rungs are means over the channels, the error to 0.8 %, a rung to a 64th of its
+    99th percentile and 0 outside the mask; FLIP to 1/512."""
+    if name in ("standard_error", "image_standard_error"):
+        return significant(picture, 4)
+    if name == "error":
+        return significant(_mean(picture), 6)
+    if name == "flip":
+        return stepped(picture, 1 / 256)
+    if _RUNG.fullmatch(name):
+        mean = _mean(picture)
+        inside = mean if mask is None else mean[mask > 0.5]
+        top = float(np.percentile(np.abs(inside), 99)) if inside.size else 0.0
+        return stepped(mean if mask is None else np.where(mask > 0.5, mean, 0.0), top / 32)
+    if name == "reference" and sigma is not None and (sigma > 0).any():
+        noise = float(np.median(sigma[sigma > 0] / np.maximum(np.abs(picture[sigma > 0]), 1e-12)))
+        return significant(picture, int(np.clip(np.ceil(-np.log2(noise / 16)), 8, RADIANCE)))
+    return significant(picture, RADIANCE)
+
+
+def paths(cell: Mapping, files: Mapping[str, Path], folder: str) -> dict[str, str]:
+    """name → path of each kept picture, relative to the run's folder. folder: the cell's own, a file name."""
+    found = {name: f"images/{folder}/{name}.exr" for name in files if name not in LEFT_OUT}
+    if "reference" in files:
+        stated = str(cell.get("reference_id") or "")
+        key = stated if re.fullmatch(r"[0-9a-f]{16}", stated) else file_digest(files["reference"])[:16]
+        found |= {name: f"images/references/{key}/{name}.exr" for name in SHARED if name in files}
+    return found
+
+
+def write(directory: Path, cells: Sequence[tuple[Mapping[str, str], Mapping[str, Path]]]) -> None:
+    """Write the pictures of all cells, each given by its `paths` and files; unchanged ones stay, others are removed.
+    Raises OSError and EvalsuiteError."""
+    tasks: dict[str, Callable[[], None]] = {}
+    for places, files in cells:
+        for name, place in places.items():
+            tasks.setdefault(place, _task(name, files, directory / place))
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for done in [pool.submit(task) for task in tasks.values()]:
+            done.result()
+    if (directory / "results.json").exists():  # else nothing here is known to be ours
+        _sweep(directory / "images", {directory / place for place in tasks})
+
+
+def _task(name: str, files: Mapping[str, Path], target: Path) -> Callable[[], None]:
+    def run() -> None:
+        source = files[name]
+        if target.exists() and source.samefile(target):
+            return
+        # One nanosecond a version beside the source's time: enough to tell, with no file beside the file.
+        stamp = source.stat().st_mtime_ns + VERSION
+        if target.exists() and target.stat().st_mtime_ns == stamp:
+            return
+        mask = _read(files["mask"]) if _RUNG.fullmatch(name) and "mask" in files else None
+        sigma = _read(files["standard_error"]) if name == "reference" and "standard_error" in files else None
+        picture = rounded(name, _read(source), mask, sigma)
+        exr.write(target, picture, compression="HALF" if _fits_half(picture) else "PXR24")
+        os.utime(target, ns=(stamp, stamp))
+
+    return run
+
+
+def _sweep(images: Path, keep: set[Path]) -> None:
+    folders = {path.parent for path in keep}
+    for folder in (*images.iterdir(), *(images / "references").glob("*")) if images.is_dir() else ():
+        if folder in folders:
+            for path in folder.iterdir():
+                if path.suffix == ".exr" and path not in keep:
+                    path.unlink()
+        elif re.fullmatch(r".*-[0-9a-f]{8}|[0-9a-f]{16}", folder.name):
+            shutil.rmtree(folder)
+
+
+def _read(path: Path) -> Array:
+    return next(iter(exr.read_parts(path).values()))
+
+
+def _fits_half(picture: Array) -> bool:
+    """Whether half floats lose nothing worth a name: 1e-4 of the mean size. Pictures of radiance never fit."""
+    with np.errstate(over="ignore"):
+        off = np.abs(picture.astype(np.float16) - picture)
+    return bool(np.all(off <= 1e-4 * np.abs(picture).mean()))
+
+
+def _mean(picture: Array) -> Array:
+    return picture.mean(axis=2) if picture.ndim == 3 else picture
