@@ -93,6 +93,7 @@ class Run(Steps):
             "curves": {},
             "blob": None,
             "ledger": [],
+            "truths": {},
             "headroom": [],
             "cost": {},
             "images": {},
@@ -218,6 +219,9 @@ class Run(Steps):
         for name, _ in chain:
             folder, meta, _, key = self.reference(source, name, self.settings.seed, DecompositionSettings.of(parameters))
             references.append((folder, key))
+            if name != target:
+                result["truths"][name] = key[:16]
+                files[f"target-{name}"] = folder / "reference.exr"
             if meta["capped"] and name != target:
                 result["warnings"].append(f"the reference of {name} stopped at the cap, at {meta['reached_error']:.2%}")
         place, meta = self.chain(image, references, self.seen(source).coverage, lifted)

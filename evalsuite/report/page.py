@@ -16,7 +16,7 @@ from pathlib import Path
 import jinja2
 
 from evalsuite.image.files import replacing
-from evalsuite.report import causes, envelopes, findings, matrix, pictures, plots, rankings, where
+from evalsuite.report import causes, cell_plots, envelopes, findings, matrix, pictures, plots, rankings, scales, where
 from evalsuite.report.numbers import interval, number, plain
 from evalsuite.report.scales import short
 from evalsuite.store.results import slug
@@ -39,6 +39,10 @@ METRICS = (
     ("p99_abs", "", "99th percentile of the largest channel's |error|, radiance"),
     ("max_abs", "", "largest |error| of any channel, radiance"),
 )
+#: Of a cell's page, after the viewer's.
+CELL_SCRIPTS = [f"{name}.js" for name in (
+    "digits", "book", "swipe", "exposure", "inspector", "plots", "histogram", "viewer", "cell",
+)]  # fmt: skip
 STATUS = {"scored": "scored", "failed": "failed", "skipped": "skipped", "uncertified": "not certified"}
 
 
@@ -60,7 +64,8 @@ def write(results: Mapping, directory: Path) -> Path:
     environment = _environment()
     shared = {"results": results, "metrics": METRICS, "statuses": STATUS, "region_rows": where.ROWS}
     for before, cell, after in zip([None, *cells], cells, [*cells[1:], None], strict=False):
-        words = {"root": "../", "cell": cell, "before": before and before["slug"], "after": after and after["slug"]}
+        own = {"figures": pictures.js_json(cell_plots.figures(cell["data"])), "false_colour": pictures.js_json(_false_colour())}
+        words = {"scripts": CELL_SCRIPTS, **own, "root": "../", "cell": cell, "before": before and before["slug"], "after": after and after["slug"]}
         _put(directory / "cells" / f"{cell['slug']}.html", environment.get_template("cell_page.html").render(**shared, **words))
     across = {
         "causes": causes.section(results),
@@ -87,12 +92,18 @@ def _figures(results: Mapping, swept: Mapping | None) -> dict[str, dict]:
     return figures | ({"ledger": ledger} if ledger else {})
 
 
+def _false_colour() -> dict[str, object]:
+    scale = scales.false_colour()
+    return {"glsl": scale.glsl, "css": scale.css, "ticks": [(value, scale.position(value)) for value, _ in scale.ticks]}
+
+
 def _environment() -> jinja2.Environment:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("evalsuite.report"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
     environment.filters |= {"number": number, "interval": interval, "plain": plain, "short": _short, "link": _link,
-                            "worst_region": where.worst, "curve_plots": where.plots}  # fmt: skip
+                            "worst_region": where.worst,
+                            "curves": cell_plots.curves, "numbered": where.numbered}  # fmt: skip
     return environment
 
 

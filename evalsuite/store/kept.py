@@ -59,7 +59,9 @@ def paths(cell: Mapping, files: Mapping[str, Path], folder: str) -> dict[str, st
         stated = str(cell.get("reference_id") or "")
         key = stated if re.fullmatch(r"[0-9a-f]{16}", stated) else file_digest(files["reference"])[:16]
         found |= {name: f"images/references/{key}/{name}.exr" for name in SHARED if name in files}
-    return found
+    # Other truths of the ledger: the references of other cells, as often as not.
+    truths = {f"target-{name}": key for name, key in (cell.get("truths") or {}).items()}
+    return found | {name: f"images/references/{key}/reference.exr" for name, key in truths.items() if name in files}
 
 
 def write(directory: Path, cells: Sequence[tuple[Mapping[str, str], Mapping[str, Path]]]) -> None:
@@ -86,8 +88,10 @@ def _task(name: str, files: Mapping[str, Path], target: Path) -> Callable[[], No
         if target.exists() and target.stat().st_mtime_ns == stamp:
             return
         mask = _read(files["mask"]) if _RUNG.fullmatch(name) and "mask" in files else None
-        sigma = _read(files["standard_error"]) if name == "reference" and "standard_error" in files else None
-        picture = rounded(name, _read(source), mask, sigma)
+        truth = name == "reference" or name.startswith("target-")
+        noise = source.with_name("standard_error.exr")
+        sigma = _read(noise) if truth and noise.exists() else None
+        picture = rounded("reference" if truth else name, _read(source), mask, sigma)
         exr.write(target, picture, compression="HALF" if _fits_half(picture) else "PXR24")
         os.utime(target, ns=(stamp, stamp))
 

@@ -11,7 +11,8 @@ const plots = (() => {
 
   function load() {
     library ??= new Promise((resolve, reject) => {
-      const script = element("script", { src: "static/bokeh.min.js" });
+      const script = document.createElement("script");
+      script.src = `${document.documentElement.dataset.root}static/bokeh.min.js`;
       script.onload = () => resolve(window.Bokeh);
       script.onerror = () => reject(new Error("static/bokeh.min.js could not be loaded"));
       document.head.append(script);
@@ -64,7 +65,7 @@ const plots = (() => {
       else if ((model.tags ?? []).includes("ink")) model.setv(model.type === "Text" ? { text_color: { value: ink } } : { line_color: { value: soft } });
     }
   }
-  scores.dark.addEventListener("change", () => { for (const made of documents.values()) paint(made); });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { for (const made of documents.values()) paint(made); });
 
   // Points with intervals and a line: points [{x, y, x0, x1, y0, y1, name, first, second, colour, filled, label}], line [[x, y]].
   async function points(host, { points: all, line, x, y, xlog, ylog, says }) {
@@ -157,5 +158,5 @@ const plots = (() => {
   }
   for (const host of document.querySelectorAll(".plot[data-figure]")) lazily(host, () => embed(host, host.dataset.figure, host.getAttribute("aria-label")));
 
-  return { points, ends, factor, colour: (k) => COLOURS[k % COLOURS.length], drawn: documents };
+  return { embed, lazily, points, ends, factor, colour: (k) => COLOURS[k % COLOURS.length], drawn: documents };
 })();

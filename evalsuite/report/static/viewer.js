@@ -138,6 +138,7 @@ const viewer = (() => {
       exposure.start(pictures);
       swipe.start(pictures);
       inspector.start(data);
+      histogram.start(data);
       book.on(follow);
       book.on(chosen);
       window.addEventListener("hashchange", restore);
