@@ -106,7 +106,8 @@ def _zero(dimension: str) -> Span:
 
 def _legend(plot: Any) -> None:
     plot.legend.label_text_font, plot.legend.label_text_font_size = FONT, "12px"
-    plot.legend.background_fill_alpha, plot.legend.padding, plot.legend.margin = 0.7, 4, 4
+    plot.legend.orientation, plot.legend.padding, plot.legend.margin = "horizontal", 0, 4
+    plot.add_layout(plot.legend[0], "above")
 
 
 def _end(metric: Mapping, side: int, otherwise: float) -> float:

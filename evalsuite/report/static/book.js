@@ -8,6 +8,7 @@ const book = (() => {
   let host = null;
   let shell = null; // FlipBook
   let last = null; // the view before the box changed its size
+  let coming = null; // the view that was asked for and that React has not drawn yet
   let size = { width: 1, height: 1 };
 
   function component(element, property) {
@@ -48,7 +49,7 @@ const book = (() => {
   const fit = () => Math.min(frame().clientWidth / size.width, frame().clientHeight / size.height);
 
   function tell() {
-    last = view();
+    last = coming ?? view();
     for (const call of listeners) call();
   }
 
@@ -63,9 +64,14 @@ const book = (() => {
   }
 
   function look({ zoom, x, y }) {
+    const asked = { zoom, x, y };
+    last = coming = asked;
     const scale = Math.min(Math.max(zoom, 0.2) * fit(), LARGEST);
     const [posX, posY] = [frame().clientWidth / 2 - x * size.width * scale, frame().clientHeight / 2 - y * size.height * scale];
-    shell.imageContainer.current.setState({ posX, posY, scale }, tell);
+    shell.imageContainer.current.setState({ posX, posY, scale }, () => {
+      if (coming === asked) coming = null;
+      tell();
+    });
     shell.tools.current?.onZoom(scale * devicePixelRatio);
   }
 
