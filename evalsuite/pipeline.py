@@ -15,7 +15,7 @@ from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
-from evalsuite import headroom, surroundings
+from evalsuite import environment_view, headroom, surroundings
 from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed
 from evalsuite.gpu import registry
 from evalsuite.gpu.plan import cannot_stand_for
@@ -94,6 +94,8 @@ class Run(Steps):
             "blob": None,
             "ledger": [],
             "truths": {},
+            "environment_id": None,
+            "lights": [],
             "headroom": [],
             "cost": {},
             "images": {},
@@ -169,6 +171,9 @@ class Run(Steps):
             "reference": reference / "reference.exr",
             "standard_error": reference / "standard_error.exr",
         }
+        environment, facts = environment_view.view(self, source, technique, cell.target, parameters) if lit else (None, {})
+        files |= {"environment": environment} if environment else {}
+        result |= facts
         if (image / "standard_error.exr").exists():
             files["image_standard_error"] = image / "standard_error.exr"
         if not certificate["passed"]:

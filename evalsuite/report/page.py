@@ -16,7 +16,19 @@ from pathlib import Path
 import jinja2
 
 from evalsuite.image.files import replacing
-from evalsuite.report import causes, cell_plots, envelopes, findings, matrix, pictures, plots, rankings, scales, where
+from evalsuite.report import (
+    causes,
+    cell_plots,
+    envelopes,
+    findings,
+    matrix,
+    pictures,
+    plots,
+    rankings,
+    scales,
+    surroundings,
+    where,
+)
 from evalsuite.report.numbers import interval, number, plain
 from evalsuite.report.scales import short
 from evalsuite.store.results import slug
@@ -58,14 +70,16 @@ def write(results: Mapping, directory: Path) -> Path:
     with ThreadPoolExecutor(os.cpu_count()) as pool:  # compression leaves Python's lock alone
         prepared = list(pool.map(lambda pair: pictures.prepare(*pair, directory), wanted))
     for (cell, name), shown in zip(wanted, prepared, strict=True):
-        cells.append({"slug": name, **vars(shown), "data": cell, "row": _row(cell)})
-    _remove_stale(directory / "cells", {c["slug"] for c in cells}, {Path(file).stem for c in cells for file in c["files"]})
+        cells.append({"slug": name, **vars(shown), "data": cell, "row": _row(cell), "surroundings": surroundings.section(cell, directory)})
+    around = {Path(c["surroundings"]["preview"]).stem for c in cells if c["surroundings"]}
+    _remove_stale(directory / "cells", {c["slug"] for c in cells}, {Path(file).stem for c in cells for file in c["files"]} | around)
     _write_static(directory / "static")
     environment = _environment()
     shared = {"results": results, "metrics": METRICS, "statuses": STATUS, "region_rows": where.ROWS}
     for before, cell, after in zip([None, *cells], cells, [*cells[1:], None], strict=False):
         own = {"figures": pictures.js_json(cell_plots.figures(cell["data"])), "false_colour": pictures.js_json(_false_colour())}
-        words = {"scripts": CELL_SCRIPTS, **own, "root": "../", "cell": cell, "before": before and before["slug"], "after": after and after["slug"]}
+        words = {"root": "../", "cell": cell, "before": before and before["slug"], "after": after and after["slug"]}
+        words |= {"scripts": CELL_SCRIPTS, **own}
         _put(directory / "cells" / f"{cell['slug']}.html", environment.get_template("cell_page.html").render(**shared, **words))
     across = {
         "causes": causes.section(results),
@@ -164,9 +178,11 @@ def _write_static(folder: Path) -> None:
 
 
 def _remove_stale(folder: Path, cells: set[str], files: set[str]) -> None:
-    """Data, previews and pages of cells that are gone, data of references that no cell has, and previews of other versions."""
-    for path in (*folder.glob("*-????????*"), *folder.glob("references/*.js"), *folder.glob("*/*.png")):
-        if path.parent.name == "references":
+    """Data, previews and pages of cells that are gone, data of references and pictures of environments that no cell has, and
+    previews of other versions."""
+    shared = (*folder.glob("references/*.js"), *folder.glob("environments/*.webp"))
+    for path in (*folder.glob("*-????????*"), *shared, *folder.glob("*/*.png")):
+        if path.parent.name in ("references", "environments"):
             gone = path.stem not in files
         elif path.suffix == ".png":
             gone = path.parent.name in cells

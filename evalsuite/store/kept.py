@@ -59,6 +59,8 @@ def paths(cell: Mapping, files: Mapping[str, Path], folder: str) -> dict[str, st
         stated = str(cell.get("reference_id") or "")
         key = stated if re.fullmatch(r"[0-9a-f]{16}", stated) else file_digest(files["reference"])[:16]
         found |= {name: f"images/references/{key}/{name}.exr" for name in SHARED if name in files}
+    if "environment" in files:
+        found["environment"] = f"images/environments/{cell['environment_id']}/environment.exr"
     # Other truths of the ledger: the references of other cells, as often as not.
     truths = {f"target-{name}": key for name, key in (cell.get("truths") or {}).items()}
     return found | {name: f"images/references/{key}/reference.exr" for name, key in truths.items() if name in files}
@@ -100,7 +102,8 @@ def _task(name: str, files: Mapping[str, Path], target: Path) -> Callable[[], No
 
 def _sweep(images: Path, keep: set[Path]) -> None:
     folders = {path.parent for path in keep}
-    for folder in (*images.iterdir(), *(images / "references").glob("*")) if images.is_dir() else ():
+    shared = (*images.glob("references/*"), *images.glob("environments/*"))
+    for folder in (*images.iterdir(), *shared) if images.is_dir() else ():
         if folder in folders:
             for path in folder.iterdir():
                 if path.suffix == ".exr" and path not in keep:

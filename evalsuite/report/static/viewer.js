@@ -145,6 +145,7 @@ const viewer = (() => {
       restore();
       keys();
       fingers();
+      tools.querySelector(".keys").open = matchMedia("(min-width: 64rem)").matches;
       tools.hidden = false;
     },
   };
