@@ -51,10 +51,11 @@ METRICS = (
     ("p99_abs", "", "99th percentile of the largest channel's |error|, radiance"),
     ("max_abs", "", "largest |error| of any channel, radiance"),
 )
-#: Of a cell's page, after the viewer's.
+#: Of a cell's page, with pictures and without.
 CELL_SCRIPTS = [f"{name}.js" for name in (
-    "digits", "book", "swipe", "exposure", "inspector", "plots", "histogram", "viewer", "cell",
+    "flipbook", "visit", "view", "pixels", "digits", "book", "swipe", "exposure", "inspector", "plots", "histogram", "viewer", "cell",
 )]  # fmt: skip
+PLAIN_SCRIPTS = ["visit.js", "view.js", "cell.js"]
 STATUS = {"scored": "scored", "failed": "failed", "skipped": "skipped", "uncertified": "not certified"}
 
 
@@ -79,7 +80,7 @@ def write(results: Mapping, directory: Path) -> Path:
     for before, cell, after in zip([None, *cells], cells, [*cells[1:], None], strict=False):
         own = {"figures": pictures.js_json(cell_plots.figures(cell["data"])), "false_colour": pictures.js_json(_false_colour())}
         words = {"root": "../", "cell": cell, "before": before and before["slug"], "after": after and after["slug"]}
-        words |= {"scripts": CELL_SCRIPTS, **own}
+        words |= {"scripts": CELL_SCRIPTS if cell["pictures"] else PLAIN_SCRIPTS, **own}
         _put(directory / "cells" / f"{cell['slug']}.html", environment.get_template("cell_page.html").render(**shared, **words))
     across = {
         "causes": causes.section(results),
