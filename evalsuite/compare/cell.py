@@ -18,7 +18,6 @@ from evalsuite.compare.where import located
 from evalsuite.errors import EvalsuiteError
 from evalsuite.image import exr
 from evalsuite.image.color import luminance
-from evalsuite.image.rounding import RADIANCE, significant
 
 
 def compare_cell(
@@ -133,10 +132,10 @@ def rank_cells(files: Mapping[str, Mapping[str, Path]], confidence: float) -> di
     Returns {"order": ids, "pairs": […]}; see `decide.rank`."""
 
     def picture(cell: Mapping[str, Path], name: str) -> NDArray[np.float64] | None:
-        # As a run's folder keeps them: cells of an earlier run and fresh ones are alike to the last bit.
-        return significant(exr.read(cell[name]), RADIANCE).astype(np.float64) if name in cell else None
+        return alike(exr.read(cell[name])).astype(np.float64) if name in cell else None
 
     one = next(iter(files.values()))
+    alike = exr.coarsest([each["image"] for each in files.values()])
     mask = np.logical_and.reduce([picture(each, "mask")[..., 0] > 0.5 for each in files.values()])
     halves = one["reference"].parent / "halves.npz"  # beside the store's entry only
     measured = None

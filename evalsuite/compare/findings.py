@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from itertools import zip_longest
 from pathlib import Path
@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from evalsuite.compare import crossover, disagreement, envelopes, paired, pareto, ranking
 from evalsuite.compare.causes import causes
 from evalsuite.image import exr
-from evalsuite.image.rounding import RADIANCE, significant
 
 #: Rank flips whose pixels are looked at: each group's strongest first.
 FLIPS_LOOKED_AT = 12
@@ -25,6 +24,10 @@ class Pictures:
 
     def __init__(self, files: Mapping[str, Mapping[str, Path]]) -> None:
         self._files, self._images = files, {}
+
+    @cached_property
+    def _alike(self) -> Callable[[NDArray], NDArray]:
+        return exr.coarsest([files["image"] for files in self._files.values()])
 
     @cached_property
     def mask(self) -> NDArray[np.bool_]:
@@ -54,8 +57,7 @@ class Pictures:
         return paired.difference(metric, self.image(a), self.image(b), self.reference, self.sigma)
 
     def _read(self, path: Path) -> NDArray[np.float64]:
-        # As a run's folder keeps them: cells of an earlier run and fresh ones are alike to the last bit.
-        return significant(exr.read(path)[self.mask], RADIANCE).astype(np.float64)
+        return self._alike(exr.read(path)[self.mask]).astype(np.float64)
 
 
 def findings(made: Sequence[tuple[dict, Mapping[str, Path]]]) -> dict:

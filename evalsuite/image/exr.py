@@ -10,7 +10,7 @@ import io
 import os
 import sys
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ import OpenEXR
 from numpy.typing import ArrayLike, NDArray
 
 from evalsuite.errors import EvalsuiteError
-from evalsuite.image import ldr, radiance_hdr
+from evalsuite.image import ldr, radiance_hdr, rounding
 from evalsuite.image.files import FORMATS, read_bytes, replacing
 
 #: Largest picture read [pixels]: a 16k × 8k environment. A damaged header can ask for terabytes, which must not be tried.
@@ -110,6 +110,12 @@ def read_header(path: Path | str) -> dict[str, object]:
                 return dict(file.parts[0].header)
         except Exception as error:
             raise EvalsuiteError(path, f"a damaged file ({error})", "a complete OpenEXR picture") from error
+
+
+def coarsest(paths: Iterable[Path | str]) -> Callable[[Image], Image]:
+    """The rounding that makes pictures of the store and of a run's folder alike to the last bit: that of the coarsest file."""
+    bits = min((int(read_header(path).get(rounding.BITS, 23)) for path in paths), default=23)
+    return lambda picture: rounding.significant(picture, bits)
 
 
 def _part(path: Path, name: str, array: ArrayLike, header: Mapping[str, object], fixed: Mapping[str, object]) -> OpenEXR.Part:

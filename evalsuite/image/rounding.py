@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-#: Bits after the leading one that a run's folder keeps of radiance. OpenEXR's PXR24 has 15: what is rounded so survives it.
-RADIANCE = 14
+#: Most and fewest bits after the leading one that a run's folder keeps of radiance. OpenEXR's PXR24 has 15: what is rounded to
+#: fewer survives it.
+MOST, FEWEST = 14, 8
+#: Header of a rounded picture: its bits.
+BITS = "significantBits"
 
 
 def significant(array: ArrayLike, bits: int) -> NDArray[np.float32]:
@@ -19,6 +22,15 @@ def significant(array: ArrayLike, bits: int) -> NDArray[np.float32]:
         codes = ((values.view(np.uint32) + half) >> dropped) << dropped
     rounded = codes.astype(np.uint32).view(np.float32)
     return np.where(np.isfinite(values) & np.isfinite(rounded), rounded, values)
+
+
+def bits_for(reference: NDArray, sigma: NDArray | None) -> int:
+    """Bits of radiance for a reference and what is held against it: steps of about a 16th of its standard error, so that rounding
+    adds nothing to the noise."""
+    if sigma is None or not (sigma > 0).any():
+        return MOST
+    noise = float(np.median(sigma[sigma > 0] / np.maximum(np.abs(reference[sigma > 0]), 1e-12)))
+    return int(np.clip(np.ceil(-np.log2(noise / 16)), FEWEST, MOST))
 
 
 def stepped(array: ArrayLike, step: float) -> NDArray[np.float32]:

@@ -8,10 +8,10 @@ import zlib
 import numpy as np
 from numpy.typing import NDArray
 
-#: Steps of radiance [relative]: never finer than what OpenEXR's PXR24 keeps, never coarser than 1/500.
-FINEST, COARSEST = 2.0**-16, 2.0**-9
+#: Steps of radiance [relative]: never finer than what OpenEXR's PXR24 keeps, never coarser than 1/256.
+FINEST, COARSEST = 2.0**-16, 2.0**-8
 #: Part of a pixel's standard error that a step is at most, for all pixels but the QUIETEST percent.
-PART, QUIETEST = 0.25, 5.0
+PART, QUIETEST = 0.5, 5.0
 #: Codes beyond this are cut: 4 bytes a residual.
 _LARGEST = 2**28
 _NAN = _LARGEST + 1
@@ -28,7 +28,7 @@ def fineness(reference: NDArray, sigma: NDArray | None, mask: NDArray[np.bool_] 
     if not noisy.any():
         return FINEST, soft
     least = PART * float(np.percentile(sigma[noisy] / (values[noisy] + soft), QUIETEST))
-    return float(f"{np.clip(least, FINEST, COARSEST):.3g}"), soft
+    return float(np.clip(least, FINEST, COARSEST)), soft
 
 
 def pack(picture: NDArray, step: float, soft: float = 0.0) -> dict[str, object]:

