@@ -10,7 +10,7 @@ from typing import Any
 
 from bokeh.core.properties import value
 from bokeh.embed import json_item
-from bokeh.models import ColumnDataSource, HoverTool
+from bokeh.models import BasicTickFormatter, ColumnDataSource, HoverTool, LogAxis
 from bokeh.plotting import figure
 
 #: As the page's text.
@@ -19,7 +19,7 @@ TOOLS = "pan,box_zoom,wheel_zoom,reset,save"
 #: Height of the ledger's plot: what stands about the bars, and a bar [CSS pixels].
 LEDGER_TOP, LEDGER_ROW = 90, 26
 #: What `static/plots.js` fills in: see `points` there.
-COLUMNS = ("x", "y", "x0", "x1", "y0", "y1", "name", "first", "second", "colour", "label", "shift")
+COLUMNS = ("x", "y", "x0", "x1", "y0", "y1", "name", "first", "second", "colour", "label", "aside", "shift", "align")
 
 
 def points() -> dict[str, dict]:
@@ -41,7 +41,15 @@ def _points(x: str, y: str) -> Any:
         plot.scatter("x", "y", source=hollow, size=8, line_color="colour", fill_color="colour", fill_alpha=0.15, line_width=1.4),
     ]
     names = plot.text(
-        "x", "y", text="label", source=filled, x_offset=7, y_offset="shift", text_font_size="11px", text_font=value(FONT)
+        "x",
+        "y",
+        text="label",
+        source=filled,
+        x_offset="aside",
+        y_offset="shift",
+        text_align="align",
+        text_font_size="11px",
+        text_font=value(FONT),
     )
     names.glyph.tags = ["ink"]
     plot.add_tools(HoverTool(renderers=marks, tooltips=[("", "@name"), ("value [95 %]", "@first"), ("cost", "@second")]))
@@ -58,6 +66,8 @@ def blank(x: str = "linear", y: str = "linear", **given: Any) -> Any:
         axis.axis_label_text_font = axis.major_label_text_font = FONT
         axis.axis_label_text_font_size, axis.major_label_text_font_size = "13px", "12px"
         axis.axis_label_text_font_style = "normal"
+        if isinstance(axis, LogAxis):
+            axis.formatter = BasicTickFormatter()  # 0.1, 10: not powers of ten
     return plot
 
 

@@ -69,7 +69,12 @@ const plots = (() => {
 
   // Points with intervals and a line: points [{x, y, x0, x1, y0, y1, name, first, second, colour, filled, label}], line [[x, y]].
   async function points(host, { points: all, line, x, y, xlog, ylog, says }) {
-    const table = (some) => Object.fromEntries(["x", "y", "x0", "x1", "y0", "y1", "name", "first", "second", "colour", "label", "shift"].map((key) => [key, some.map((p) => p[key])]));
+    const table = (some) => Object.fromEntries(["x", "y", "x0", "x1", "y0", "y1", "name", "first", "second", "colour", "label", "aside", "shift", "align"].map((key) => [key, some.map((p) => p[key])]));
+    const [first, last] = [Math.min(...all.map((p) => p.x)), Math.max(...all.map((p) => p.x))];
+    for (const p of all) { // words of the right half stand on the left of their point
+      const right = xlog ? p.x * p.x > first * last : 2 * p.x > first + last;
+      Object.assign(p, { aside: right ? -7 : 7, align: right ? "right" : "left" });
+    }
     await embed(host, `${xlog ? "log" : "linear"}-${ylog ? "log" : "linear"}`, says, {
       all: table(all), filled: table(all.filter((p) => p.filled)), hollow: table(all.filter((p) => !p.filled)),
       line: { x: line.map((p) => p[0]), y: line.map((p) => p[1]) }, "x-axis": x, "y-axis": y,

@@ -85,9 +85,12 @@ const scores = (() => {
       const away = metric.kind === "likeness" ? (v) => 1 - v : (v) => v;
       const some = values.map(away).filter((v) => v > 0);
       const high = up(Math.max(...some, 1e-12));
-      const low = Math.max(down(Math.min(...some, high / 10)), high / 1e4);
+      const least = down(Math.min(...some, high / 10));
+      const low = Math.max(least, high / 1e3);
       position = (v) => (away(v) > 0 ? clamp(Math.log(away(v) / low) / Math.log(high / low)) : 0);
-      ticks = decades(low, high).map((v) => [position(away(v)), metric.kind === "likeness" ? String(Number((1 - v).toPrecision(6))) : label(v)]);
+      const end = (v) => (metric.kind === "likeness" ? String(Number((1 - v).toPrecision(6))) : label(v));
+      ticks = decades(low, high).map((v) => [position(away(v)), end(v)]);
+      if (low > least) ticks = [[0, `${metric.kind === "likeness" ? "≥" : "≤"} ${end(low)}`], ...ticks.filter(([at]) => at > 0.12)];
       says = metric.kind === "likeness" ? "1 is alike" : "less is better";
     }
     const stops = metric.kind === "signed" ? data.diverging : dark.matches ? data.ramp : [...data.ramp].reverse();
