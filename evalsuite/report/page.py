@@ -53,7 +53,8 @@ METRICS = (
 )
 #: Of a cell's page, with pictures and without.
 CELL_SCRIPTS = [f"{name}.js" for name in (
-    "flipbook", "visit", "view", "pixels", "digits", "book", "swipe", "exposure", "inspector", "plots", "histogram", "viewer", "cell",
+    "flipbook", "visit", "view", "pixels", "digits", "book", "swipe", "exposure", "inspector", "figures", "plots", "histogram", "viewer",
+    "cell",
 )]  # fmt: skip
 PLAIN_SCRIPTS = ["visit.js", "view.js", "cell.js"]
 STATUS = {"scored": "scored", "failed": "failed", "skipped": "skipped", "uncertified": "not certified"}
@@ -75,10 +76,11 @@ def write(results: Mapping, directory: Path) -> Path:
     around = {Path(c["surroundings"]["preview"]).stem for c in cells if c["surroundings"]}
     _remove_stale(directory / "cells", {c["slug"] for c in cells}, {Path(file).stem for c in cells for file in c["files"]} | around)
     _write_static(directory / "static")
+    _put(directory / "static" / "figures.js", f"const cellFigures = {pictures.js_json(cell_plots.figures())};\n")
     environment = _environment()
     shared = {"results": results, "metrics": METRICS, "statuses": STATUS, "region_rows": where.ROWS}
     for before, cell, after in zip([None, *cells], cells, [*cells[1:], None], strict=False):
-        own = {"figures": pictures.js_json(cell_plots.figures(cell["data"])), "false_colour": pictures.js_json(_false_colour())}
+        own = {"figures": pictures.js_json(cell_plots.contents(cell["data"])), "false_colour": pictures.js_json(_false_colour())}
         words = {"root": "../", "cell": cell, "before": before and before["slug"], "after": after and after["slug"]}
         words |= {"scripts": CELL_SCRIPTS if cell["pictures"] else PLAIN_SCRIPTS, **own}
         _put(directory / "cells" / f"{cell['slug']}.html", environment.get_template("cell_page.html").render(**shared, **words))

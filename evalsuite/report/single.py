@@ -40,6 +40,8 @@ def write(directory: Path, patterns: Sequence[str], target: Path) -> list[str]:
     # Every page names the same ones, but for what its cell has not.
     scripts, styles = ({path: None for page in pages.values() for path in pattern.findall(page)} for pattern in (_SCRIPT, _STYLE))
     files = {file: None for page in pages.values() for found in _FILES.findall(page) for file in found.split()}
+    if "../static/plots.js" in scripts:
+        files["../static/bokeh.min.js"] = None
     environment = jinja2.Environment(loader=jinja2.PackageLoader("evalsuite.report"), autoescape=True)
     html = environment.get_template("single.html").render(
         title=cells[0]["id"] if len(cells) == 1 else results.get("title") or "Cells",

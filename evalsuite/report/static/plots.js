@@ -3,7 +3,9 @@
 "use strict";
 
 const plots = (() => {
-  const figures = JSON.parse(document.getElementById("figures").textContent);
+  // Of a cell's page: what goes into figures that all cells share. Else the figures themselves.
+  const given = JSON.parse(document.getElementById("figures").textContent);
+  const shared = typeof cellFigures === "undefined" ? null : cellFigures;
   // Okabe and Ito's colours but for black and yellow, which one of the two backgrounds swallows; and two of like lightness.
   const COLOURS = ["#3b8ed0", "#d9772b", "#2a9d74", "#c35fa0", "#b58b00", "#7a6fd0", "#c2504a", "#7f8c8d", "#4f9aa8", "#8a7a4f"];
   const documents = new Map(); // host → Bokeh document
@@ -12,27 +14,35 @@ const plots = (() => {
   function load() {
     library ??= new Promise((resolve, reject) => {
       const script = document.createElement("script");
-      script.src = `${document.documentElement.dataset.root}static/bokeh.min.js`;
+      const path = "static/bokeh.min.js";
+      const inline = document.querySelector(`script[data-file="../${path}"]`); // in a page of a single file
+      if (inline) script.textContent = inline.textContent;
+      else script.src = document.documentElement.dataset.root + path;
       script.onload = () => resolve(window.Bokeh);
       script.onerror = () => reject(new Error("static/bokeh.min.js could not be loaded"));
       document.head.append(script);
+      if (inline) resolve(window.Bokeh); // it has run
     });
     return library;
   }
 
-  // Puts data and labels into a figure of report/plots.py: name of a source or an axis → its columns, or its label.
+  // Puts data and labels into a figure of report/plots.py: name of a source or an axis → its columns, or its label; of something
+  // else that has a name → its properties.
   function fill(node, given) {
     if (Array.isArray(node)) return node.map((one) => fill(one, given));
     if (!node || typeof node !== "object") return node;
     const made = Object.fromEntries(Object.entries(node).map(([key, value]) => [key, fill(value, given)]));
     const own = given[node.attributes?.name];
     if (typeof own === "string") made.attributes.axis_label = own;
+    else if (own && node.name !== "ColumnDataSource") Object.assign(made.attributes, own);
     else if (own) made.attributes.data = { type: "map", entries: Object.entries(own) };
     return made;
   }
 
   // Draw a figure of report/plots.py in a host.
-  async function embed(host, name, says, given = {}) {
+  async function embed(host, name, says, more = {}) {
+    const own = shared && given[name];
+    const figure = shared ? shared[own?.figure ?? name] : given[name];
     host.setAttribute("role", "group");
     host.setAttribute("aria-label", says);
     try {
@@ -40,7 +50,7 @@ const plots = (() => {
       host.id ||= `plot-${Math.random().toString(36).slice(2)}`;
       documents.get(host)?.clear();
       host.replaceChildren();
-            const manager = await Bokeh.embed.embed_item({ ...fill(figures[name], given), target_id: host.id }, host.id);
+      const manager = await Bokeh.embed.embed_item({ ...fill(figure, { ...own?.given, ...more }), target_id: host.id }, host.id);
       const made = [...manager.roots][0].model.document;
       documents.set(host, made);
       paint(made);
