@@ -13,7 +13,7 @@ const exposure = (() => {
   const radiance = (picture) => picture.tmo.activeTMO === "exposure";
   // Differences of radiance: their scales narrow as the exposure goes up.
   const signed = (picture) => picture.key === "error" || picture.key.startsWith("rung-");
-  const ev = () => (view.get("ev") === "" ? usual : Number(view.get("ev")));
+  const ev = () => (view.get("ev") !== "" && Number.isFinite(Number(view.get("ev"))) ? Number(view.get("ev")) : usual);
   const gain = () => 2 ** (ev() - usual);
 
   function settings(picture) {

@@ -17,7 +17,8 @@ const viewer = (() => {
   function asked() {
     const [x, y] = view.get("at").split(",").map(Number);
     const zoom = Number(view.get("zoom")) || 1;
-    return view.get("at") && Number.isFinite(x + y) ? { zoom, x, y } : { ...whole, zoom };
+    const within = (value) => Math.min(Math.max(value, 0), 1);
+    return view.get("at") && Number.isFinite(x + y) ? { zoom, x: within(x), y: within(y) } : { ...whole, zoom };
   }
 
   function restore() {
