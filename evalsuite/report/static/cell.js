@@ -71,6 +71,19 @@
     if (link) location.href = link.href;
   });
 
+  // ---- what scrolls can be reached by keys ----
+  function scrollable() {
+    for (const box of section.querySelectorAll(".scroll")) {
+      if (box.scrollWidth > box.clientWidth) {
+        box.tabIndex = 0;
+        box.setAttribute("role", "region");
+        box.setAttribute("aria-label", box.closest("section").querySelector("h3, h1")?.textContent.trim().replace(/\s+/g, " ") ?? "Table");
+      } else for (const name of ["tabindex", "role", "aria-label"]) box.removeAttribute(name);
+    }
+  }
+  new ResizeObserver(scrollable).observe(section);
+  section.addEventListener("toggle", scrollable, { capture: true });
+
   steps();
   view.on(null, along);
   along();
