@@ -91,7 +91,8 @@ def open_cell(browser, report_folder):
         return page
 
     yield open_it
-    assert problems == [] and [u for u in requests if not u.startswith(("file:", "data:", "blob:"))] == []
+    assert problems == []
+    assert [url for url in requests if not url.startswith(("file:", "data:", "blob:"))] == []
     for context in contexts:
         context.close()
 

@@ -27,7 +27,9 @@ def parsed(text):
 
 
 def check(page, report_folder, x, y):  # noqa: F811
-    """All numbers of a pixel against the EXRs: the page's data are rounded to a quarter of the noise at most, an eighth off."""
+    """All numbers of a pixel against the EXRs. Radiance is rounded to what the page says, which is less than the noise."""
+    step, soft = page.evaluate("inspector.rounding")
+    assert page.locator(".kept").inner_text() == f"±{50 * step:.2g} %"
     assert page.locator(".inspector input").nth(0).input_value() == str(x)
     assert page.locator(".inspector input").nth(1).input_value() == str(y)
     image, reference, sigma = (original(report_folder, n)[y, x].astype(float) for n in ("image", "reference", "standard_error"))
@@ -35,7 +37,8 @@ def check(page, report_folder, x, y):  # noqa: F811
     assert list(found) == ["R", "G", "B", "luminance"]
     for k, (name, texts) in enumerate(found.items()):
         a, b, s = (v[k] if k < 3 else v @ WEIGHTS for v in (image, reference, sigma))
-        near = max(2.0**-11 * b, 0.13 * s)
+        near = step / 2 * (abs(b) + abs(a - b) + soft) + 1e-4 * b
+        assert near < 0.3 * s
         assert parsed(texts[0])[0] == pytest.approx(a, abs=near), name
         assert parsed(texts[1]) == [pytest.approx(b, abs=near), pytest.approx(s, rel=0.06)]
         error, half = parsed(texts[2])

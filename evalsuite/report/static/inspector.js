@@ -113,6 +113,7 @@ const inspector = (() => {
       if (!root) return;
       data = all;
       [across.max, down.max] = [data.width - 1, data.height - 1];
+      root.querySelector(".kept").textContent = `±${digits.of(50 * data.rounding[0], 2)} %`; // half a step of asinh, relative
       listen();
       book.on(() => place());
       view.on(["pixel"], () => show(pinned()));
@@ -130,6 +131,6 @@ const inspector = (() => {
       const pixel = pinned();
       return pixel && { x: (pixel.x + 0.5) / data.width, y: (pixel.y + 0.5) / data.height };
     },
-    values: (x, y) => values({ x, y }),
+    get rounding() { return data.rounding; },
   };
 })();
