@@ -30,7 +30,7 @@ def bits_for(reference: NDArray, sigma: NDArray | None) -> int:
     if sigma is None or not (sigma > 0).any():
         return MOST
     noise = float(np.median(sigma[sigma > 0] / np.maximum(np.abs(reference[sigma > 0]), 1e-12)))
-    return int(np.clip(np.ceil(-np.log2(noise / 16)), FEWEST, MOST))
+    return int(np.clip(np.round(-np.log2(noise / 16)), FEWEST, MOST))
 
 
 def stepped(array: ArrayLike, step: float) -> NDArray[np.float32]:
