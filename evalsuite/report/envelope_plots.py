@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from bokeh.layouts import gridplot
+from bokeh.core.properties import value
 from bokeh.models import ColumnDataSource, FixedTicker, HoverTool, LinearColorMapper
 from bokeh.palettes import Cividis256
 from numpy.typing import NDArray
@@ -20,18 +20,17 @@ Float = NDArray[np.float64]
 
 #: Pixels an axis between the measured points.
 FINE = 64
-COLUMNS = 4
 
 
-def panels(plane: Plane, levels: Float, names: Mapping[str, str]) -> dict:
+def panels(plane: Plane, levels: Float, names: Mapping[str, str]) -> list[dict]:
     """A panel a contender: its relative RMSE over the plane, log-log between measured points in the bands of `levels`, and the
-    points themselves with their intervals on hovering. names: of axes, with units."""
+    points themselves with their intervals on hovering, crossed where these reach to 0. names: of axes, with units."""
     palette = _palette(levels)
     made = []
     for one in plane.contenders:
         x, y = (("log" if logarithmic(v) else "linear") for v in (plane.xs, plane.ys))
-        shared = {} if not made else {"x_range": made[0].x_range, "y_range": made[0].y_range}
-        plot = plots.blank(x, y, height=260, title=one.label, **shared)
+        plot = plots.blank(x, y, height=260, title=one.label)
+        plot.toolbar.autohide = True
         plot.xaxis.axis_label, plot.yaxis.axis_label = names.get(plane.x, plane.x), names.get(plane.y, plane.y)
         for values, axis in ((plane.xs, plot.xaxis), (plane.ys, plot.yaxis)):
             axis.ticker = FixedTicker(ticks=values.tolist())
@@ -40,13 +39,13 @@ def panels(plane: Plane, levels: Float, names: Mapping[str, str]) -> dict:
         low, high = (plane.xs[0], plane.ys[0]), (plane.xs[-1], plane.ys[-1])
         mapper = LinearColorMapper(palette=palette, low=-0.5, high=len(palette) - 0.5)
         plot.image([bands], x=low[0], y=low[1], dw=high[0] - low[0], dh=high[1] - low[1], color_mapper=mapper)
-        dots = plot.scatter("x", "y", source=_points(plane, one), size=7, fill_color="white", line_color="black", line_width=0.8)
+        known = np.isfinite(one.value)
+        dots = plot.scatter("x", "y", source=_points(plane, one, known), size=7, fill_color="white", line_color="black")
+        plot.scatter("x", "y", source=_points(plane, one, known & (one.low <= 0)), size=7, marker="x", line_color="black")
         words = [("", "@says"), (names.get(plane.x, plane.x), "@x"), (names.get(plane.y, plane.y), "@y")]
         plot.add_tools(HoverTool(renderers=[dots], tooltips=words))
-        made.append(plot)
-    grid = gridplot(made, ncols=min(COLUMNS, len(made)), sizing_mode="stretch_width", merge_tools=True, toolbar_location="above",
-                    toolbar_options={"logo": None})  # fmt: skip
-    return plots.item(grid)
+        made.append(plots.item(plot))
+    return made
 
 
 def scale(levels: Float) -> Scale:
@@ -54,7 +53,8 @@ def scale(levels: Float) -> Scale:
     codes = [tuple(int(c[k : k + 2], 16) for k in (1, 3, 5)) for c in _palette(levels)]
     at = np.log10(levels)
     stops = [(float(end), code) for k, code in enumerate(codes) for end in (at[k], at[k + 1])]
-    ticks = tuple((float(a), f"{100 * v:.3g} %") for a, v in zip(at, levels, strict=True))
+    shown = list(zip(at, levels, strict=True))[:: 1 + len(levels) // 9]
+    ticks = tuple((float(a), f"{100 * v:.3g} %") for a, v in shown)
     return Scale(tuple(stops), ticks, "relative RMSE against the technique's own truth; beyond the ends the end colours")
 
 
@@ -64,7 +64,8 @@ def front(entry: Mapping, colours: Mapping[str, str], cost: str) -> dict:
     name = entry["cost"]
     given = [p for p in entry["points"] if p["rel_rmse"]["value"] and p[name]["value"]]
     plot = plots.blank("log", "log", height=380)
-    plot.xaxis.axis_label, plot.yaxis.axis_label = cost, "relative RMSE, root mean square over the plane [%]"
+    plot.y_range.range_padding = plots.PADDING
+    plot.xaxis.axis_label, plot.yaxis.axis_label = cost, "root mean square relative RMSE [%]"
     on = sorted((p[name]["value"], 100 * p["rel_rmse"]["value"]) for p in given if p["on_front"])
     if on:
         plot.step([x for x, _ in on], [y for _, y in on], mode="after", line_color="gray").glyph.tags = ["ink"]
@@ -75,6 +76,8 @@ def front(entry: Mapping, colours: Mapping[str, str], cost: str) -> dict:
         plot.segment("x0", "y", "x1", "y", source=source, line_color="colour", line_width=1.4)
         marks.append(plot.scatter("x", "y", source=source, size=9, line_color="colour", fill_color="colour",
                                   fill_alpha=1.0 if filled else 0.15, line_width=1.4))  # fmt: skip
+        words = plot.text("x", "y", text="name", source=source, x_offset=7, y_offset=-5, text_font_size="11px")
+        words.glyph.text_font, words.glyph.tags = value(plots.FONT), ["ink"]
     plot.add_tools(
         HoverTool(renderers=marks, tooltips=[("", "@name"), ("rel. RMSE [95 %]", "@first"), ("cost [95 %]", "@second")])
     )
@@ -99,9 +102,8 @@ def _rows(given: Sequence[Mapping], cost: str, colours: Mapping[str, str]) -> di
     }  # fmt: skip
 
 
-def _points(plane: Plane, one: Contender) -> ColumnDataSource:
+def _points(plane: Plane, one: Contender, known: NDArray[np.bool_]) -> ColumnDataSource:
     xs, ys = np.meshgrid(plane.xs, plane.ys)
-    known = np.isfinite(one.value)
     values = (grid[known].tolist() for grid in (one.value, one.low, one.high))
     ends = ({"value": v, "ci95": [lo, hi if math.isfinite(hi) else None]} for v, lo, hi in zip(*values, strict=True))
     says = [f"relative RMSE {measured(metric, '%')}" for metric in ends]

@@ -77,7 +77,7 @@ def _figures(plane: Plane, number: int, fronts: Sequence[Mapping], directory: Pa
     levels = _levels_of(plane)
     made[0] = replace(
         made[0],
-        plots={f"contours-{number}": envelope_plots.panels(plane, levels, AXES)},
+        plots={f"contours-{number}-{k}": one for k, one in enumerate(envelope_plots.panels(plane, levels, AXES), 1)},
         scale=envelope_plots.scale(levels),
     )
     rivals = {values: plane.at(dict(values)) for values in (tuple(s.items()) for s in plane.slices)}

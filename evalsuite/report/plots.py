@@ -18,6 +18,8 @@ FONT = "system-ui, -apple-system, 'Segoe UI', 'Helvetica Neue', Arial, sans-seri
 TOOLS = "pan,box_zoom,wheel_zoom,reset,save"
 #: Height of the ledger's plot: what stands about the bars, and a bar [CSS pixels].
 LEDGER_TOP, LEDGER_ROW = 90, 26
+#: Of the range, about points, so that words beside them stay inside.
+PADDING = 0.16
 #: What `static/plots.js` fills in: see `points` there.
 COLUMNS = ("x", "y", "x0", "x1", "y0", "y1", "name", "first", "second", "colour", "label", "aside", "shift", "align")
 
@@ -31,6 +33,7 @@ def points() -> dict[str, dict]:
 
 def _points(x: str, y: str) -> Any:
     plot = blank(x, y, height=380)
+    plot.y_range.range_padding = PADDING
     every, filled, hollow = (ColumnDataSource({name: [] for name in COLUMNS}, name=n) for n in ("all", "filled", "hollow"))
     line = ColumnDataSource({"x": [], "y": []}, name="line")
     plot.line("x", "y", source=line, line_color="gray", line_width=1.2).glyph.tags = ["ink"]

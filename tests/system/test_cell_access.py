@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import io
+
+import imageio.v3 as iio
 import pytest
 from cell_pages import browser, marks, open_cell, report_folder  # noqa: F401
 
@@ -52,9 +55,14 @@ def test_every_control_is_reached_by_tab(open_cell):  # noqa: F811
 def test_plots_follow_the_colour_scheme(open_cell):  # noqa: F811
     page = open_cell()
     through(page)
-    paper = "[...plots.drawn.values()].map((d) => [...d._all_models.values()].find((m) => m.type === 'Figure').background_fill_color)"
-    light = page.evaluate(paper)
+    paper = {"light": [251, 251, 249], "dark": [20, 22, 23]}
+
+    def corners():
+        plots = page.locator(".plot").all()
+        assert len(plots) == 4
+        return [iio.imread(io.BytesIO(plot.screenshot()))[4, 4, :3].tolist() for plot in plots]
+
+    assert corners() == [paper["light"]] * 4
     page.emulate_media(color_scheme="dark")
-    page.wait_for_timeout(300)
-    dark = page.evaluate(paper)
-    assert len(light) == 4 and set(light) == {"#fbfbf9"} and set(dark) == {"#141617"}
+    page.wait_for_timeout(1500)
+    assert corners() == [paper["dark"]] * 4

@@ -65,7 +65,7 @@ def test_the_same_from_a_server(tab, folder):  # noqa: F811
     threading.Thread(target=server.serve_forever, daemon=True).start()
     origin = f"http://127.0.0.1:{server.server_port}/"
     try:
-        tab.goto(origin)
+        tab.goto(origin + "#?view=table")
         tab.get_by_role("button", name="rel. RMSE").click()
         open_cell(tab)
         served = drawn(tab)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from evalsuite.report.findings.parts import ERROR, LINES, Finding, Part, capital, count_of, name_of, scored
+from evalsuite.report.findings.parts import LINES, Finding, Part, capital, count_of, name_of, scored
 from evalsuite.report.numbers import measured, plain
 
 
@@ -58,7 +58,7 @@ def disagreements(results: Mapping) -> Iterator[Finding]:
 
 
 def inconclusive(results: Mapping) -> Iterator[Finding]:
-    """Neighbours whose order noise could change; the headline pair has the largest error at stake."""
+    """Neighbours whose order noise could change; the headline pair has the most of its error at stake."""
     pairs = [pair for group in results.get("comparisons") or [] for pair in group["pairs"]]
     pairs = [pair for pair in pairs if pair["difference"]["value"] != 0 or pair["decided"]]  # the same picture twice has no order
     open_ = [pair for pair in pairs if not pair["decided"]]
@@ -66,13 +66,20 @@ def inconclusive(results: Mapping) -> Iterator[Finding]:
     open_ = [pair for pair in open_ if pair["better"] in cells and pair["worse"] in cells]
     if not open_:
         return
-    open_.sort(key=lambda pair: -cells[pair["worse"]]["metrics"][ERROR]["value"])
+    open_.sort(key=lambda pair: -_at_stake(cells, pair))
     lines = tuple(_pair(cells, pair) for pair in open_[:LINES])
     head = (
         f"{len(open_)} of {len(pairs)} neighbours in order of mean squared error: noise could change which is better. First ",
         "",
     )
     yield Finding("Orders that noise could change", (head, *lines[0]), 50.0, lines, undecided=True)
+
+
+def _at_stake(cells: Mapping[str, Mapping], pair: Mapping) -> float:
+    """How much of the worse one's squared error the interval of the difference leaves open."""
+    error = (cells[pair["worse"]]["metrics"].get("mse") or {}).get("value")
+    low, high = pair["difference"]["ci95"]
+    return (high - low) / error if error else 0.0
 
 
 def _pair(cells: Mapping[str, Mapping], pair: Mapping) -> tuple[Part, ...]:

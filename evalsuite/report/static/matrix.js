@@ -8,7 +8,18 @@
 
   const opened = () => new Set(view.get("open").split(",").filter(Boolean));
 
+  // What is in focus is made anew with the table: where to find it then.
+  function held() {
+    const now = document.activeElement;
+    if (!table.contains(now) || now === table) return () => null;
+    const [key, technique] = [now.closest("th[data-key]")?.dataset.key, now.classList.contains("fold") && now.closest("tr").dataset.technique];
+    if (key) return () => [...table.querySelectorAll("th[data-key]")].find((one) => one.dataset.key === key)?.querySelector("button");
+    if (technique) return () => [...table.querySelectorAll("tr.lead")].find((one) => one.dataset.technique === technique)?.querySelector(".fold");
+    return () => [...table.querySelectorAll("td a")].find((one) => one.getAttribute("href") === now.getAttribute("href"));
+  }
+
   function draw() {
+    const again = held();
     const chosen = scores.chosen();
     const { metric } = chosen;
     const all = data.cells.filter((cell) => cell.target === chosen.target);
@@ -28,6 +39,7 @@
         ];
       })),
     );
+    again()?.focus({ preventScroll: true });
     legend(chosen, scale);
     document.getElementById("nothing").hidden = cells.length > 0;
     document.getElementById("expand").setAttribute("aria-pressed", String(open.has("all")));
@@ -93,7 +105,6 @@
     if (open.has("all")) { open.delete("all"); for (const cell of data.cells) open.add(cell.technique); }
     if (wide) open.delete(technique); else open.add(technique);
     view.set({ open: [...open].join(",") });
-    [...table.querySelectorAll("tr.lead")].find((one) => one.dataset.technique === technique)?.querySelector(".fold")?.focus();
   }
 
   function worstOf(cells, chosen) {

@@ -8,7 +8,8 @@ const plots = (() => {
   const shared = typeof cellFigures === "undefined" ? null : cellFigures;
   // Okabe and Ito's colours but for black and yellow, which one of the two backgrounds swallows; and two of like lightness.
   const COLOURS = ["#3b8ed0", "#d9772b", "#2a9d74", "#c35fa0", "#b58b00", "#7a6fd0", "#c2504a", "#7f8c8d", "#4f9aa8", "#8a7a4f"];
-  const documents = new Map(); // host → Bokeh document
+  const drawn = new Map(); // host → draws its plot again
+  const roots = new Map(); // host → Bokeh's views
   let library = null;
 
   function load() {
@@ -26,12 +27,28 @@ const plots = (() => {
     return library;
   }
 
-  // Puts data and labels into a figure of report/plots.py: name of a source or an axis → its columns, or its label; of something
-  // else that has a name → its properties.
+  // ---- dark and light ----
+  // What a model of Bokeh's takes from the page's colours.
+  function colours(model, tags) {
+    const style = getComputedStyle(document.documentElement);
+    const [paper, ink, soft, line] = ["paper", "ink", "soft", "line"].map((name) => style.getPropertyValue(`--es-${name}`).trim());
+    if (model === "Figure") return { background_fill_color: paper, border_fill_color: paper, outline_line_color: line };
+    if (/Axis$/.test(model)) return { axis_line_color: soft, major_tick_line_color: soft, minor_tick_line_color: null, major_label_text_color: soft, axis_label_text_color: ink };
+    if (model === "Grid") return { grid_line_color: line };
+    if (model === "Legend") return { background_fill_color: paper, border_line_color: null, label_text_color: ink };
+    if (model === "Title") return { text_color: ink };
+    if (tags?.includes("ink")) return model === "Text" ? { text_color: { type: "value", value: ink } } : { line_color: { type: "value", value: soft } };
+    return {};
+  }
+
+  // Puts data, labels and colours into a figure of report/plots.py: name of a source or an axis → its columns, or its label; of
+  // something else that has a name → its properties.
   function fill(node, given) {
     if (Array.isArray(node)) return node.map((one) => fill(one, given));
     if (!node || typeof node !== "object") return node;
     const made = Object.fromEntries(Object.entries(node).map(([key, value]) => [key, fill(value, given)]));
+    if (node.type !== "object") return made;
+    made.attributes = { ...made.attributes, ...colours(node.name, node.attributes?.tags) };
     const own = given[node.attributes?.name];
     if (typeof own === "string") made.attributes.axis_label = own;
     else if (own && node.name !== "ColumnDataSource") Object.assign(made.attributes, own);
@@ -45,37 +62,24 @@ const plots = (() => {
     const figure = shared ? shared[own?.figure ?? name] : given[name];
     host.setAttribute("role", "group");
     host.setAttribute("aria-label", says);
+    const again = () => embed(host, name, says, more);
+    drawn.set(host, again);
+    host.id ||= `plot-${drawn.size}`;
     try {
       const Bokeh = await load();
-      host.id ||= `plot-${Math.random().toString(36).slice(2)}`;
-      documents.get(host)?.clear();
+      if (drawn.get(host) !== again) return; // another came while the library loaded
+      roots.get(host)?.clear();
       host.replaceChildren();
       const manager = await Bokeh.embed.embed_item({ ...fill(figure, { ...own?.given, ...more }), target_id: host.id }, host.id);
-      const made = [...manager.roots][0].model.document;
-      documents.set(host, made);
-      paint(made);
+      if (drawn.get(host) === again) roots.set(host, manager);
+      else manager.clear();
     } catch (error) {
       console.error(error);
       host.textContent = "The plot could not be drawn; the tables of this page have its numbers.";
     }
   }
 
-  // ---- dark and light ----
-  function paint(made) {
-    const style = getComputedStyle(document.documentElement);
-    const of = (name) => style.getPropertyValue(`--es-${name}`).trim();
-    const [paper, ink, soft, line] = ["paper", "ink", "soft", "line"].map(of);
-    for (const model of made._all_models.values()) {
-      if (model.type === "Figure") model.setv({ background_fill_color: paper, border_fill_color: paper, outline_line_color: line, border_line_color: null });
-      else if (/Axis$/.test(model.type)) model.setv({ axis_line_color: soft, major_tick_line_color: soft, minor_tick_line_color: null, major_label_text_color: soft, axis_label_text_color: ink });
-      else if (model.type === "Grid") model.setv({ grid_line_color: line });
-      else if (model.type === "Legend") model.setv({ background_fill_color: paper, border_line_color: null, label_text_color: ink });
-      else if (model.type === "ColorBar") model.setv({ background_fill_color: paper, major_label_text_color: soft, title_text_color: ink });
-      else if (model.type === "Title") model.setv({ text_color: ink });
-      else if ((model.tags ?? []).includes("ink")) model.setv(model.type === "Text" ? { text_color: { value: ink } } : { line_color: { value: soft } });
-    }
-  }
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { for (const made of documents.values()) paint(made); });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { for (const again of drawn.values()) again(); });
 
   // Points with intervals and a line: points [{x, y, x0, x1, y0, y1, name, first, second, colour, filled, label}], line [[x, y]].
   async function points(host, { points: all, line, x, y, xlog, ylog, says }) {
@@ -173,5 +177,5 @@ const plots = (() => {
   }
   for (const host of document.querySelectorAll(".plot[data-figure]")) lazily(host, () => embed(host, host.dataset.figure, host.getAttribute("aria-label")));
 
-  return { embed, lazily, points, ends, factor, colour: (k) => COLOURS[k % COLOURS.length], drawn: documents };
+  return { embed, lazily, points, ends, factor, colour: (k) => COLOURS[k % COLOURS.length] };
 })();
