@@ -51,8 +51,8 @@ def view(
 
 
 def reduced(radiance: NDArray[np.float32], width: int = WIDTH) -> NDArray[np.float32]:
-    """Means of square blocks of a lat-long map (H, W, 3), as many texels each as leave it no wider than `width`; what is left over
-    at the right and the bottom goes."""
+    """Means of square blocks of a lat-long map (H, W, 3), as many texels each as leave it no wider than `width`; what is left
+    over at the right and the bottom goes."""
     k = -(-radiance.shape[1] // width)
     height, across = (max(size // k, 1) for size in radiance.shape[:2])
     blocks = radiance[: height * k, : across * k].astype(np.float64)

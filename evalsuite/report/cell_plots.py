@@ -45,8 +45,8 @@ def curves(cell: Mapping) -> dict[str, Sequence[Mapping]]:
 
 
 def curve(axis: str, bins: Sequence[Mapping]) -> dict[str, Any]:
-    """Relative RMSE and bias [%] of bins, as steps with 95 % intervals in their middles. The y axis follows the values: an interval
-    of a few pixels may leave it."""
+    """Relative RMSE and bias [%] of bins, as steps with 95 % intervals in their middles. The y axis follows the values: an
+    interval of a few pixels may leave it."""
     values = [0.0, *(100 * b[name]["value"] for b in bins for name, *_ in SERIES if b[name]["value"] is not None)]
     room = 0.08 * (max(values) - min(values)) or 1.0
     given: dict[str, Any] = {
@@ -109,8 +109,9 @@ def _histogram() -> Any:
     """Signed relative errors of pixels and what noise alone would give: `static/histogram.js` makes both."""
     plot = blank(height=320)
     plot.yaxis.axis_label = "of the pixels [%]"
-    bars = plot.quad(left="left", right="right", top="top", bottom=0, source=_source("errors", "left", "right", "top", "colour", "says"),
-                     fill_color="colour", line_color=None, fill_alpha=0.8, legend_label="the picture's errors")  # fmt: skip
+    source = _source("errors", "left", "right", "top", "colour", "says")
+    bars = plot.quad(left="left", right="right", top="top", bottom=0, source=source, fill_color="colour", line_color=None,
+                     fill_alpha=0.8, legend_label="the picture's errors")  # fmt: skip
     line = plot.step("x", "y", source=_source("noise", "x", "y"), mode="after", line_color="gray", line_width=1.8,
                      legend_label="what noise alone gives")  # fmt: skip
     line.glyph.tags = ["ink"]

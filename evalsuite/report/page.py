@@ -53,8 +53,8 @@ METRICS = (
 )
 #: Of a cell's page, with pictures and without.
 CELL_SCRIPTS = [f"{name}.js" for name in (
-    "flipbook", "visit", "view", "pixels", "digits", "book", "swipe", "exposure", "inspector", "figures", "plots", "histogram", "viewer",
-    "cell",
+    "flipbook", "visit", "view", "pixels", "digits", "book", "swipe", "exposure", "inspector", "figures", "plots", "histogram",
+    "viewer", "cell",
 )]  # fmt: skip
 PLAIN_SCRIPTS = ["visit.js", "view.js", "cell.js"]
 STATUS = {"scored": "scored", "failed": "failed", "skipped": "skipped", "uncertified": "not certified"}
@@ -72,9 +72,11 @@ def write(results: Mapping, directory: Path) -> Path:
     with ThreadPoolExecutor(os.cpu_count()) as pool:  # compression leaves Python's lock alone
         prepared = list(pool.map(lambda pair: pictures.prepare(*pair, directory), wanted))
     for (cell, name), shown in zip(wanted, prepared, strict=True):
-        cells.append({"slug": name, **vars(shown), "data": cell, "row": _row(cell), "surroundings": surroundings.section(cell, directory)})
-    around = {Path(c["surroundings"]["preview"]).stem for c in cells if c["surroundings"]}
-    _remove_stale(directory / "cells", {c["slug"] for c in cells}, {Path(file).stem for c in cells for file in c["files"]} | around)
+        around = surroundings.section(cell, directory)
+        cells.append({"slug": name, **vars(shown), "data": cell, "row": _row(cell), "surroundings": around})
+    shared = {Path(c["surroundings"]["preview"]).stem for c in cells if c["surroundings"]}
+    shared |= {Path(file).stem for c in cells for file in c["files"]}
+    _remove_stale(directory / "cells", {c["slug"] for c in cells}, shared)
     _write_static(directory / "static")
     _put(directory / "static" / "figures.js", f"const cellFigures = {pictures.js_json(cell_plots.figures())};\n")
     environment = _environment()

@@ -23,7 +23,7 @@ POINTS = 90
 
 def section(cell: Mapping, directory: Path) -> dict[str, object] | None:
     """What `environment.html` shows of a cell's environment, None where it has no map or its file cannot be read. Writes the
-    picture, which all cells of an environment share, unless it is there. Raises EvalsuiteError if the folder cannot be written."""
+    picture, which all cells of an environment share, unless it is there. Raises EvalsuiteError if the folder is not writable."""
     given = (cell.get("images") or {}).get("environment")
     if not given:
         return None
@@ -43,7 +43,7 @@ def section(cell: Mapping, directory: Path) -> dict[str, object] | None:
 
 
 def _outline(number: int, light: Mapping) -> dict[str, object]:
-    """A light as the page draws it, its number beside it, in units of 1° of longitude and latitude from the map's upper left corner."""
+    """A light as the page draws it, its number beside it; in degrees of longitude and latitude from the map's upper left."""
     centre, r = np.asarray(light["direction"], np.float64), np.radians(light["angular_radius_deg"])
     t, b = tangent_frame(centre)
     around = np.linspace(0.0, 2.0 * np.pi, POINTS + 1)[:, None]
@@ -57,4 +57,5 @@ def _outline(number: int, light: Mapping) -> dict[str, object]:
 def _path(x: NDArray[np.float64], y: NDArray[np.float64]) -> str:
     """An SVG path that is lifted where it crosses the map's seam."""
     jumps = np.abs(np.diff(x, prepend=x[0])) > 180.0
-    return " ".join(f"{'M' if k == 0 or jump else 'L'}{a:.1f} {b:.1f}" for k, (a, b, jump) in enumerate(zip(x, y, jumps, strict=True)))
+    jumps[0] = True
+    return " ".join(f"{'M' if jump else 'L'}{a:.1f} {b:.1f}" for a, b, jump in zip(x, y, jumps, strict=True))

@@ -54,14 +54,15 @@ def _complete(directory: Path, cell: dict) -> None:
     folder = f"images/{slug(cell['id'])}"
     reference = exr.read(directory / cell["images"]["reference"])
     image = exr.read(directory / cell["images"]["image"])
-    rung = {"value": 1.0, "ci95": [1.0, 1.0], "rel_rmse": {"value": 0.1, "ci95": [0.09, 0.11]}, "rel_bias": {"value": 0.0, "ci95": [-0.01, 0.01]}}
+    rung = {"value": 1.0, "ci95": [1.0, 1.0], "rel_rmse": {"value": 0.1, "ci95": [0.09, 0.11]},
+            "rel_bias": {"value": 0.0, "ci95": [-0.01, 0.01]}}  # fmt: skip
     cell["ledger"] = [
         {"rung": "visibility", "from": "unoccluded", "to": "direct", "fraction": 0.75, "fraction_ci95": [0.7, 0.8], **rung},
         {"rung": "lobe", "from": "direct", "to": "image", "fraction": 0.25, "fraction_ci95": [0.2, 0.3],
          "other_order": {"fraction": 0.2}, **rung},
     ]  # fmt: skip
-    cell |= {"ledger_total": 1.0, "ledger_closure": 0.0, "truths": {"direct": "0123456789abcdef"}, "environment_id": "fedcba9876543210"}
-    cell["lights"] = [LIGHT]
+    cell |= {"ledger_total": 1.0, "ledger_closure": 0.0, "truths": {"direct": "0123456789abcdef"}}
+    cell |= {"environment_id": "fedcba9876543210", "lights": [LIGHT]}
     environment = np.full((64, 128, 3), 0.2)
     environment[:32] = [0.1, 0.2, 0.6]
     pictures = {"target-direct": 0.5 * reference, "rung-0": (0.5 * reference - reference).mean(2),
@@ -91,8 +92,9 @@ def open_cell(browser, report_folder):
         return page
 
     yield open_it
-    assert problems == []
-    assert [url for url in requests if not url.startswith(("file:", "data:", "blob:"))] == []
+    assert problems == [], problems
+    remote = [url for url in requests if not url.startswith(("file:", "data:", "blob:"))]
+    assert remote == [], remote
     for context in contexts:
         context.close()
 
@@ -110,8 +112,10 @@ def original(report_folder, name: str, index: int = 1) -> np.ndarray:
 
 def screen(page) -> np.ndarray:
     """What the viewer's frame shows once it has come to rest, (H, W, 3) in [0, 1]. FlipBook draws within 100 ms of a change."""
-    box = page.evaluate("(() => { book.frame().scrollIntoView({ block: 'center' }); const b = book.frame().getBoundingClientRect(); "
-                        "return [b.x + scrollX, b.y + scrollY, b.width, b.height]; })()")  # fmt: skip
+    page.evaluate("book.frame().scrollIntoView({ block: 'center' })")
+    box = page.evaluate(
+        "(() => { const b = book.frame().getBoundingClientRect(); return [b.x + scrollX, b.y + scrollY, b.width, b.height]; })()"
+    )
     before = None
     for _ in range(40):
         page.wait_for_timeout(220)
@@ -124,7 +128,7 @@ def screen(page) -> np.ndarray:
     pytest.fail("the viewer stays empty or never settles")
 
 
-def sampled(shown: np.ndarray, zoom: float = 1.0, at: tuple[float, float] = (0.5, 0.5)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def sampled(shown: np.ndarray, zoom: float = 1.0, at: tuple[float, float] = (0.5, 0.5)) -> tuple[np.ndarray, ...]:
     """Colours of the picture's pixels that lie in the frame, by geometry alone: (their x, their y, colours (N, 3)). Pixels of the
     frame's rim, where buttons and labels are, are left out."""
     height, width = shown.shape[:2]

@@ -63,16 +63,19 @@ const book = (() => {
     };
   }
 
+  // Returns the view that it comes to.
   function look({ zoom, x, y }) {
     const asked = { zoom, x, y };
     last = coming = asked;
     const scale = Math.min(Math.max(zoom, 0.2) * fit(), LARGEST);
-    const [posX, posY] = [frame().clientWidth / 2 - x * size.width * scale, frame().clientHeight / 2 - y * size.height * scale];
+    // Whole pixels of the screen, so that the picture's rim is sharp.
+    const [posX, posY] = [frame().clientWidth / 2 - x * size.width * scale, frame().clientHeight / 2 - y * size.height * scale].map(Math.round);
     shell.imageContainer.current.setState({ posX, posY, scale }, () => {
       if (coming === asked) coming = null;
       tell();
     });
     shell.tools.current?.onZoom(scale * devicePixelRatio);
+    return { zoom: scale / fit(), x, y };
   }
 
   // Zoom by a factor about a point of the picture (parts of its size), which stays where it is.

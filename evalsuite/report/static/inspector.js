@@ -104,7 +104,12 @@ const inspector = (() => {
       if (pixel) pin(pixel);
     });
     for (const field of [across, down]) {
-      field.addEventListener("change", () => { hovered = null; pin(inside({ x: Math.round(Number(across.value)), y: Math.round(Number(down.value)) })); });
+      field.addEventListener("change", () => {
+        const pixel = inside({ x: Math.round(Number(across.value)), y: Math.round(Number(down.value)) });
+        hovered = null;
+        pin(pixel);
+        [across.value, down.value] = [pixel.x, pixel.y];
+      });
     }
   }
 

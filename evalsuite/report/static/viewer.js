@@ -10,9 +10,10 @@ const viewer = (() => {
   let wanted = null; // the view of the address while the picture is still on its way there
 
   // ---- the view and the address ----
-  const near = (a, b) => Math.abs(a - b) < 1e-3 * Math.max(1, Math.abs(b));
   const whole = { zoom: 1, x: 0.5, y: 0.5 };
-  const same = (a, b) => near(a.zoom, b.zoom) && near(a.x, b.x) && near(a.y, b.y);
+  // But for a pixel of the screen.
+  const same = (a, b) => Math.abs(a.zoom / b.zoom - 1) < 1e-3
+    && Math.abs(a.x - b.x) * book.size.width * book.scale < 1 && Math.abs(a.y - b.y) * book.size.height * book.scale < 1;
 
   function asked() {
     const [x, y] = view.get("at").split(",").map(Number);
@@ -24,8 +25,7 @@ const viewer = (() => {
   function restore() {
     const index = pictures.findIndex((picture) => picture.key === view.get("picture"));
     if (Math.max(index, 0) !== book.selected) book.select(Math.max(index, 0));
-    wanted = asked();
-    book.look(wanted);
+    wanted = book.look(asked());
     swipe.restore();
   }
 
@@ -41,8 +41,9 @@ const viewer = (() => {
     box.classList.toggle("zoomed", now.zoom > 1.001);
     if (wanted && !same(now, wanted)) return;
     wanted = null;
+    if (same(now, asked())) return;
     const [zoom, x, y] = [now.zoom, now.x, now.y].map((value) => String(Number(value.toFixed(4))));
-    view.set({ zoom: near(now.zoom, 1) ? "" : zoom, at: near(now.x, 0.5) && near(now.y, 0.5) ? "" : `${x},${y}` });
+    view.set({ zoom: zoom === "1" ? "" : zoom, at: same({ ...now, zoom: 1 }, whole) ? "" : `${x},${y}` });
   }
 
   function show(index) {

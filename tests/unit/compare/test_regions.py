@@ -202,7 +202,9 @@ def test_a_picture_of_regions_holds_all_that_a_pixel_is_in():
     expected = [[2 ** (number[a] - 1) + (2 ** (number[b] - 1) if b else 0) for a, b in
                  (("silhouette", "grazing"), ("silhouette", None), ("grazing", "unshadowed"), ("unshadowed", None))]]  # fmt: skip
     np.testing.assert_array_equal(sets, expected)
-    np.testing.assert_array_equal(regions.first(sets), [[number[n] for n in ("silhouette", "silhouette", "grazing", "unshadowed")]])
+    np.testing.assert_array_equal(
+        regions.first(sets), [[number[n] for n in ("silhouette", "silhouette", "grazing", "unshadowed")]]
+    )
     outlined = regions.first(regions.picture({"silhouette": np.ones((5, 5), bool)}, blob, (5, 5)))
     assert (outlined == regions.OUTLINE).sum() == 8 and outlined[2, 2] == outlined[0, 0] == number["silhouette"]
 
