@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 from test_shadow_cells import folder  # noqa: F401
 
@@ -12,7 +13,7 @@ from evalsuite.image import exr
 
 @pytest.fixture(scope="module")
 def cells(evalsuite, folder):  # noqa: F811
-    words = ("-t", "shadow-none", "-t", "diffuse-sh9", "--target", "direct", "--size", "48x48", "--target-error", "0.05")
+    words = ("-t", "shadow-pcss", "-t", "diffuse-sh9", "--target", "direct", "--size", "48x48", "--target-error", "0.05")
     done = evalsuite("run", "--scene", folder / "box.xml", "--out", folder / "kept", *words)
     assert done.code == 0, done.err
     return folder / "kept", {cell["technique"]: cell for cell in json.loads((folder / "kept" / "results.json").read_text())["cells"]}
@@ -23,7 +24,7 @@ def test_lights_are_those_of_the_decomposition(evalsuite, folder, cells):  # noq
     done = evalsuite("decompose", folder / "lamp.exr", "--output", folder / "apart")
     assert done.code == 0, done.err
     lights = json.loads((folder / "apart" / "lights.json").read_text())
-    assert len(lights) >= 1 and by_technique["shadow-none"]["lights"] == lights
+    assert len(lights) >= 1 and by_technique["shadow-pcss"]["lights"] == lights
     assert by_technique["diffuse-sh9"]["lights"] == []
 
 
@@ -48,7 +49,8 @@ def test_other_truths_are_kept_and_shared(cells):
     mask = exr.read(out / by_technique["diffuse-sh9"]["images"]["mask"])[..., 0] > 0.5
     unoccluded, direct = (exr.read(out / p)[..., :3] for p in (path, by_technique["diffuse-sh9"]["images"]["reference"]))
     shadow = mask & (unoccluded.mean(-1) > 1.5 * direct.mean(-1))
-    assert shadow.sum() > 20, "it has no shadow of the box"
+    assert shadow.sum() > 10, "it has no shadow of the box"
     rung = next(iter(exr.read_parts(out / by_technique["diffuse-sh9"]["images"]["rung-0"]).values()))
     difference = (unoccluded - direct).mean(-1)
-    assert abs(rung - difference)[mask].mean() < 0.02 * abs(difference)[mask].mean() + 1e-4
+    assert np.abs(rung - difference)[mask].max() < 0.05 * np.abs(difference[mask]).max(), "what is kept is rounded"
+    assert np.corrcoef(rung[mask], difference[mask])[0, 1] > 0.99
