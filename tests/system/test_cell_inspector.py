@@ -19,7 +19,7 @@ WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 def table(page):
     """Channel → texts of its row."""
     rows = page.locator(".inspector tbody tr").all()
-    return {row.locator("th").inner_text(): row.locator("td").all_inner_texts() for row in rows}
+    return {row.locator("th").inner_text(): row.locator("td").all_text_contents() for row in rows}
 
 
 def parsed(text):

@@ -57,6 +57,7 @@ const exposure = (() => {
     }
     copy.setAttribute("aria-label", `Colour scale: ${caption.textContent}, from ${ticks.firstElementChild.textContent} to ${ticks.lastElementChild.textContent}`);
     legend.replaceChildren(copy);
+    document.querySelector(".tools .shown").textContent = picture.name;
   }
 
   const set = (value) => { if (Number.isFinite(value)) view.set({ ev: Math.abs(value - usual) < 1e-3 ? "" : String(Number(value.toFixed(3))) }); };

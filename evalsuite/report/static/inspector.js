@@ -44,7 +44,7 @@ const inspector = (() => {
     return found.length ? found.join(", ") : "on the object, in no region";
   }
 
-  const pm = (value, noise) => (noise === null ? digits.of(value) : `${digits.of(value)} ± ${digits.of(noise, 2)}`);
+  const pm = (value, noise) => (noise === null ? [value] : [value, ` ± ${digits.of(noise, 2)}`]);
 
   function show(pixel) {
     const at = pixel ?? { x: data.width >> 1, y: data.height >> 1 };
@@ -58,10 +58,14 @@ const inspector = (() => {
       head.textContent = row.name;
       const z = row.both > 0 && row.error !== null ? Math.abs(row.error) / row.both : null;
       const cells = [
-        pm(row.image, row.own), pm(row.reference, row.sigma),
-        row.error === null ? "—" : row.both === null ? digits.signed(row.error) : `${digits.signed(row.error)} ± ${digits.of(1.96 * row.both, 2)}`,
-        z === null ? "—" : z >= 1000 ? "≥ 1000" : digits.of(z, 3),
-      ].map((text) => Object.assign(document.createElement("td"), { className: "num", textContent: text }));
+        pm(digits.of(row.image), row.own), pm(digits.of(row.reference), row.sigma),
+        row.error === null ? ["—"] : pm(digits.signed(row.error), row.both === null ? null : 1.96 * row.both),
+        [z === null ? "—" : z >= 1000 ? "≥ 1000" : digits.of(z, 3)],
+      ].map(([value, noise]) => {
+        const cell = Object.assign(document.createElement("td"), { className: "num", textContent: value });
+        if (noise) cell.append(Object.assign(document.createElement("span"), { textContent: noise }));
+        return cell;
+      });
       if (z !== null && z < 2) cells[3].className += " unsure";
       line.append(head, ...cells);
       return line;
