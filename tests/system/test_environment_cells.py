@@ -16,7 +16,9 @@ def cells(evalsuite, folder):  # noqa: F811
     words = ("-t", "shadow-pcss", "-t", "diffuse-sh9", "--target", "direct", "--size", "48x48", "--target-error", "0.05")
     done = evalsuite("run", "--scene", folder / "box.xml", "--out", folder / "kept", *words)
     assert done.code == 0, done.err
-    return folder / "kept", {cell["technique"]: cell for cell in json.loads((folder / "kept" / "results.json").read_text())["cells"]}
+    return folder / "kept", {
+        cell["technique"]: cell for cell in json.loads((folder / "kept" / "results.json").read_text())["cells"]
+    }
 
 
 def test_lights_are_those_of_the_decomposition(evalsuite, folder, cells):  # noqa: F811
