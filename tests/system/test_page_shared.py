@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import shutil
@@ -10,6 +11,7 @@ import threading
 from collections import Counter
 from pathlib import Path
 
+import imageio.v3 as iio
 import numpy as np
 import pytest
 
@@ -98,6 +100,10 @@ def test_a_single_file_of_one_cell(tab, folder, tmp_path):  # noqa: F811
     assert len([url for url in tab.requests if not url.startswith(("data:", "blob:"))]) == 1, "the file itself"
     assert all(tab.locator(f"a[{which}]").is_hidden() for which in ("rel=prev", "rel=next", "class=back"))
     assert tab.evaluate("[...document.images].every((image) => image.complete && image.naturalWidth > 8)")
+    tab.locator("#histogram").scroll_into_view_if_needed()
+    tab.wait_for_timeout(2000)
+    plot = iio.imread(io.BytesIO(tab.locator("#histogram").screenshot()))[..., :3].astype(int)
+    assert (plot[..., 2] - plot[..., 0] > 60).sum() > 500 < (plot[..., 0] - plot[..., 2] > 60).sum(), "blue and orange bars"
 
 
 def test_a_single_file_of_several_cells(tab, folder, tmp_path):  # noqa: F811
@@ -180,14 +186,11 @@ def named(directory, names):
 
 
 def elements(tab):
-    """How many there are of each kind, without what FlipBook makes, and boxes that can be reached by keys if a long name makes them
-    scroll."""
+    """How many there are of each kind, without what FlipBook makes, and boxes that can be reached by keys if a long name makes
+    them scroll."""
     kind = "(e) => `${e.tagName} ${e.getAttributeNames().sort()}`"
-    return Counter(
-        tab.evaluate(
-            f"[...document.querySelectorAll('body *')].filter((e) => !e.closest('.viewer') && !e.matches('.scroll')).map({kind})"
-        )
-    )
+    ours = "(e) => !e.closest('.viewer') && !e.matches('.scroll')"
+    return Counter(tab.evaluate(f"[...document.querySelectorAll('body *')].filter({ours}).map({kind})"))
 
 
 def settled(tab):

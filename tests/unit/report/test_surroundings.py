@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -33,7 +34,7 @@ def test_an_outline_is_a_circle_on_the_equator_and_wider_towards_the_poles():
 def test_no_line_crosses_the_map_from_seam_to_seam():
     path = points(surroundings._outline(1, light(0.0, 0.5))["path"])
     assert [m for m, *_ in path].count("M") >= 2
-    for (_, x0, _), (move, x1, _) in zip(path, path[1:], strict=False):
+    for (_, x0, _), (move, x1, _) in pairwise(path):
         assert move == "M" or abs(x1 - x0) < 10.0
 
 
