@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from cell_pages import browser, decoded, encoded, marks, open_cell, original, report_folder, sampled, screen, where_is  # noqa: F401
 
+from evalsuite.compare import regions
 from evalsuite.report import scales
 
 pytestmark = marks
@@ -36,6 +37,11 @@ def test_keys_flip_between_the_pictures(open_cell, report_folder, ev):  # noqa: 
     for name in ("image", "reference", "target-direct"):
         x, y, colours = sampled(pictures[name])
         assert close(colours, radiance(report_folder, name, ev)[y, x]), name
+    x, y, colours = sampled(pictures["regions"])
+    numbers = regions.first(original(report_folder, "regions"))
+    assert (numbers[y, x] == regions.OUTLINE).sum() > 50 < (numbers[y, x] == 1).sum() + (numbers[y, x] == 6).sum()
+    off = np.abs(colours - scales.regions(()).colours(numbers)[y, x]).max(-1)
+    assert np.mean(off > 0.03) < 0.005
     page.keyboard.press("ArrowRight")
     np.testing.assert_array_equal(screen(page), pictures["image"], "after the last comes the first")
     page.keyboard.press("ArrowLeft")
