@@ -22,6 +22,7 @@ from evalsuite.image import exr
 from evalsuite.lights.model import DecompositionSettings
 from evalsuite.pipeline import Progress, Run, Settings
 from evalsuite.plan import DISCS, QUALITY, TARGETS, Cell, Value, unknown
+from evalsuite.report import notebook
 from evalsuite.scene import builtin
 from evalsuite.scene.dependencies import check_parameters
 from evalsuite.scene.dependencies import parameters as scene_parameters
@@ -43,20 +44,47 @@ class SceneHandle:
     def bound(self) -> SceneSource:
         return replace(self.source, bindings=self.bindings)
 
+    def __repr__(self) -> str:
+        return f"SceneHandle({', '.join(f'{name} {value}' for name, value in self._facts().items())})"
+
+    def _repr_html_(self) -> str:
+        return notebook.scene(self._facts())
+
+    def _facts(self) -> dict[str, str]:
+        size = "{} × {} pixels".format(*self.source.size) if self.source.size else ""
+        environment = self.source.environment.name if self.source.environment else ""
+        stated = " ".join(f"{name}={value}" for name, value in self.source.defines.items())
+        bound = ", ".join(f"{name}: {bsdf.get('type')}" for name, bsdf in self.bindings.items())
+        facts = {"scene": self.source.path.name, "environment": environment, "size": size, "parameters": stated, "bound": bound}
+        return {name: value for name, value in facts.items() if value}
+
 
 @dataclass(frozen=True, eq=False)
 class Reference:
     """Ground truth. mean: (H, W, 3) float32 radiance [W m⁻² sr⁻¹]; standard_error: the same shape, of the mean; halves: two
-    independent means of half the samples each; mask: (H, W) bool, pixels that the scored materials cover whole; spp:
-    samples per pixel; reached_error: relative standard error reached in the mask; capped: whether sampling stopped early."""
+    independent means of half the samples each; skew: cube root of the third cumulant of the mean's noise [radiance]; mask: (H, W)
+    bool, pixels that the scored materials cover whole; spp: samples per pixel; reached_error: relative standard error reached in
+    the mask; capped: whether sampling stopped early."""
 
     mean: NDArray[np.float32]
     standard_error: NDArray[np.float32]
     halves: tuple[NDArray[np.float32], NDArray[np.float32]]
+    skew: NDArray[np.float32]
     mask: NDArray[np.bool_]
     spp: int
     reached_error: float
     capped: bool
+
+    def __repr__(self) -> str:
+        height, width = self.mask.shape
+        capped = ", stopped at the cap" if self.capped else ""
+        return f"Reference({width} × {height}, {self.spp} spp, relative standard error {self.reached_error:.2%}{capped})"
+
+    def _repr_html_(self) -> str:
+        return notebook.reference(self.mean, self.mask, self.spp, self.reached_error, self.capped)
+
+
+Comparison._repr_html_ = notebook.comparison  # compare knows no report
 
 
 @lru_cache(1)
@@ -147,11 +175,12 @@ def reference(
     run = _run(Settings(target_error=target_error, cap=max_spp, size=scene.source.size))
     place, meta, *_ = run.reference(scene.bound, target, seed, settings)
     with np.load(place / "halves.npz") as halves:
-        a, b = halves["a"], halves["b"]
+        a, b, skew = halves["a"], halves["b"], halves["skew"]
     return Reference(
         exr.read(place / "reference.exr"),
         exr.read(place / "standard_error.exr"),
         (a, b),
+        skew,
         run.object_mask(scene.bound),
         meta["spp"],
         meta["reached_error"],
@@ -194,6 +223,7 @@ def compare(
             reference.mean,
             standard_error=reference.standard_error,
             halves=reference.halves,
+            skew=reference.skew,
             mask=reference.mask if mask is None else mask,
         )
     return compare_pictures(image, reference, standard_error=standard_error, mask=mask)

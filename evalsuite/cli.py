@@ -311,14 +311,21 @@ def _require_exr(path: Path) -> None:
 
 @app.command()
 def compare(
-    image: Annotated[Path, typer.Argument(help="EXR, HDR or PNG picture.")],
-    reference: Annotated[Path, typer.Argument(help="EXR, HDR or PNG picture of the same size.")],
+    image: Annotated[Path, typer.Argument(help="EXR, HDR or PNG picture; or the folder of run A.")],
+    reference: Annotated[Path, typer.Argument(help="EXR, HDR or PNG picture of the same size; or the folder of run B.")],
     standard_error: Annotated[Path | None, typer.Option(help="EXR with the reference's standard error.")] = None,
     mask: Annotated[Path | None, typer.Option(help="Picture; pixels over ½ count.")] = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Folder for error maps and metrics.json.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Folder for error maps and metrics.json; of runs, a page.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
-    """Metrics and error maps of any two pictures, from any renderer."""
+    """Metrics and error maps of any two pictures, from any renderer; or of two runs, which cells came closer to the truth."""
+    from evalsuite.commands_runs import are_runs
+
+    if are_runs(image, reference):
+        _compare_runs(image, reference, standard_error or mask, output, as_json)
+        return
     from evalsuite.commands import compare_files
 
     result = compare_files(image, reference, standard_error, mask, output)
@@ -335,6 +342,23 @@ def compare(
         print(note)
     if output:
         print(output)
+
+
+def _compare_runs(a: Path, b: Path, stray: Path | None, output: Path | None, as_json: bool) -> None:
+    from evalsuite.commands_runs import compare_folders
+    from evalsuite.report import runs
+
+    if stray is not None:
+        raise EvalsuiteError(stray, "a picture beside two runs", "two pictures, or two runs alone", "runs bring their own")
+    with err.status(f"comparing {escape(str(a))} and {escape(str(b))}"):
+        comparison = compare_folders(a, b, output)
+    if as_json:
+        _print_json(comparison)
+        return
+    out.print(runs.table(comparison))
+    print(runs.summary(comparison))
+    if output:
+        print((output / "index.html").resolve())
 
 
 @app.command()

@@ -269,7 +269,7 @@ class Steps:
             def fill(folder: Path) -> None:
                 exr.write(folder / "reference.exr", step["mean"])
                 exr.write(folder / "standard_error.exr", step["standard_error"])
-                np.savez(folder / "halves.npz", a=step["halves"][0], b=step["halves"][1])
+                np.savez(folder / "halves.npz", a=step["halves"][0], b=step["halves"][1], skew=step["skew"])
 
             entry = self.store.put("reference", key, {k: step[k] for k in ("spp", "reached_error", "seconds", "capped")}, fill)
             partial.unlink(missing_ok=True)

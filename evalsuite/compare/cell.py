@@ -32,7 +32,7 @@ def compare_cell(
     reference = exr.read(reference_folder / "reference.exr")
     standard_error = exr.read(reference_folder / "standard_error.exr")
     with np.load(reference_folder / "halves.npz") as halves:
-        a, b = halves["a"], halves["b"]
+        a, b, skew = halves["a"], halves["b"], halves["skew"]
     with np.load(image_folder / "scored.npz") as data:
         mask = whole_pixels(np.minimum(data["scored"], coverage))
     if not mask.any():
@@ -51,6 +51,7 @@ def compare_cell(
         halves=(a, b),
         mask=mask,
         image_standard_error=own_noise,
+        skew=skew,
     )
     meta = result.to_json() | {
         "mask_pixels": int(mask.sum()),
@@ -66,7 +67,7 @@ def compare_cell(
     }
     if surfaces is not None:
         spread = (a.astype(np.float64) - b) / 2
-        truth = Noisy(reference.astype(np.float64), standard_error.astype(np.float64), spread, measured=True)
+        truth = Noisy(reference.astype(np.float64), standard_error.astype(np.float64), spread, True, skew.astype(np.float64))
         picture = noisy_picture(image.astype(np.float64), own_noise, seed=1)
         found, maps["regions"] = located(picture, truth, mask, surfaces)
         meta |= found

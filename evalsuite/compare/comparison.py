@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -56,6 +57,11 @@ class Comparison:
     pixels: int
     notes: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        told = (("rel_rmse", self.metrics["rel_rmse"]), ("rel_bias", self.metrics["rel_bias"]), ("flip", self.metrics["flip"]))
+        words = ", ".join(f"{name} {m.value:.3g} [{m.ci95[0]:.3g}, {m.ci95[1]:.3g}]" for name, m in told)
+        return f"Comparison({words}; {self.pixels} pixels)"
+
     def to_json(self) -> dict[str, object]:
         """All but the maps, as plain JSON."""
         return {
@@ -75,12 +81,14 @@ def compare(
     halves: tuple[ArrayLike, ArrayLike] | None = None,
     mask: ArrayLike | None = None,
     image_standard_error: ArrayLike | None = None,
+    skew: ArrayLike | None = None,
 ) -> Comparison:
     """Compare two (H, W, 3) linear pictures.
 
     standard_error: (H, W, 3) of the reference. halves: two independent estimates whose mean is the reference. mask: (H, W)
     bool, or coverage of which more than one half counts; the whole picture if None. image_standard_error: (H, W, 3), for
-    pictures that carry Monte Carlo noise themselves. With neither standard error nor halves nothing is debiased and the
+    pictures that carry Monte Carlo noise themselves. skew: (H, W, 3), cube root of the third cumulant of the reference's noise,
+    which `relmse` minds. With neither standard error nor halves nothing is debiased and the
     intervals are single points, which a note says.
     Raises EvalsuiteError for shapes that differ, an empty mask and values that are not finite, naming the first pixel.
     """
@@ -88,15 +96,18 @@ def compare(
     truth = _picture("reference", reference)
     picture = _picture("image", image, truth.shape)
     inside = _mask(mask, truth.shape)
-    truth = noisy_reference(truth, standard_error, halves, notes)
+    truth = noisy_reference(truth, standard_error, halves, notes, skew)
     noise = _picture("image standard error", image_standard_error, picture.shape) if image_standard_error is not None else None
     picture = noisy_picture(picture, noise, seed=1)
 
     view = perceptual.view_of(truth.mean, inside)
-    maps = _perceptual_maps(picture, truth, view)
+    views = (view, *other_views(truth[inside], view))
+    maps = [_perceptual_maps(picture, truth, each) for each in views]
+    if len(views) > 1:
+        notes.append("the exposure of the tone-mapped pictures is within the noise of a step: their intervals hold for each side")
     everywhere = np.ones_like(inside)
-    result = _score(picture, truth, inside, view, maps)
-    whole = result if inside.all() else _score(picture, truth, everywhere, view, maps)
+    result = _score(picture, truth, inside, views, maps)
+    whole = result if inside.all() else _score(picture, truth, everywhere, views, maps)
     result |= {f"{name}_full": metric for name, metric in whole.items()}
 
     scale = float(truth.mean[inside].mean())
@@ -110,7 +121,7 @@ def compare(
         metrics=result,
         difference=error_map.signed(picture.mean, truth.mean),
         relative=error_map.relative(picture.mean, truth.mean, scale),
-        flip_map=maps["flip"][0],
+        flip_map=maps[0]["flip"][0],
         zscore=zscore,
         noise_decided=None if zscore is None else zscore < error_map.NOISE_DECIDES,
         exposure=view.exposure,
@@ -136,23 +147,49 @@ def debiased_metrics(picture: Noisy, truth: Noisy) -> dict[str, Metric]:
 
 
 def _score(
-    picture: Noisy, truth: Noisy, mask: NDArray[np.bool_], view: perceptual.View, maps: Mapping[str, tuple[NDArray, ...]]
+    picture: Noisy,
+    truth: Noisy,
+    mask: NDArray[np.bool_],
+    views: Sequence[perceptual.View],
+    maps: Sequence[Mapping[str, tuple[NDArray, ...]]],
 ) -> dict[str, Metric]:
     a, b = picture[mask], truth[mask]
-    peak = 1.0 / view.exposure
     largest = metrics.largest_channel_error
     p99 = statistics.percentile(largest, 99.0, a, b)
     simple = pixelwise(a, b)
+    seen = [_seen(simple["mse"], mask, *each) for each in zip(views, maps, strict=True)]
     return {
         **simple,
-        "psnr": simple["mse"].map(lambda v: 10 * math.log10(peak**2 / v) if v > 0 else math.inf),
+        **{name: metric.reaching(*(other[name] for other in seen[1:])) for name, metric in seen[0].items()},
+        "max_abs": statistics.maximum(largest, a, b, p99.ci95[0]),
+        "p99_abs": p99,
+    }
+
+
+def _seen(
+    mse: Metric, mask: NDArray[np.bool_], view: perceptual.View, maps: Mapping[str, tuple[NDArray, ...]]
+) -> dict[str, Metric]:
+    """The metrics of tone-mapped pictures, at one exposure."""
+    peak = 1.0 / view.exposure
+    return {
+        "psnr": mse.map(lambda v: 10 * math.log10(peak**2 / v) if v > 0 else math.inf),
         **{
             name: statistics.of_map(*maps[name], mask, scale.order, scale.ratio).within(scale.lowest, scale.highest)
             for name, scale in PERCEPTUAL.items()
         },
-        "max_abs": statistics.maximum(largest, a, b, p99.ci95[0]),
-        "p99_abs": p99,
     }
+
+
+def other_views(truth: Noisy, view: perceptual.View) -> tuple[perceptual.View, ...]:
+    """How the noise-free reference could be looked at instead, as far as noise hides which step of exposure its percentiles are
+    in. truth: pixels (P, 3)."""
+    still = replace(truth, standard_error=np.zeros_like(truth.standard_error))
+    white = statistics.redrawn(lambda _, b: perceptual.anchors(luminance(b)).white, still, truth)
+    median = statistics.redrawn(lambda _, b: perceptual.anchors(luminance(b)).median, still, truth)
+    # An end at 0 says that noise is all there is: half the value stands for it.
+    ends = [[max(end, metric.value / 2) for end in metric.ci95] for metric in (white, median)]
+    possible = {perceptual.view_between(w, min(m, w)) for w, m in product(*ends)}
+    return tuple(sorted(possible - {view}, key=lambda other: other.exposure))
 
 
 def pixelwise(a: Noisy, b: Noisy) -> dict[str, Metric]:
@@ -178,7 +215,11 @@ def _perceptual_maps(picture: Noisy, truth: Noisy, view: perceptual.View) -> dic
 
 
 def noisy_reference(
-    mean: NDArray, standard_error: ArrayLike | None, halves: tuple[ArrayLike, ArrayLike] | None, notes: list[str]
+    mean: NDArray,
+    standard_error: ArrayLike | None,
+    halves: tuple[ArrayLike, ArrayLike] | None,
+    notes: list[str],
+    skew: ArrayLike | None = None,
 ) -> Noisy:
     """A reference (H, W, 3) of which more or less of the noise is known; `notes` is told what was missing."""
     sigma = _picture("standard error", standard_error, mean.shape) if standard_error is not None else None
@@ -193,7 +234,8 @@ def noisy_reference(
     if sigma is None:
         sigma = np.sqrt(uniform_filter(np.square(noise), (5, 5, 0)))
         notes.append("no standard error of the reference: estimated from its halves over 5 × 5 pixels")
-    return Noisy(mean, np.abs(sigma), noise, measured=True)
+    third = _picture("skew", skew, mean.shape) if skew is not None else None
+    return Noisy(mean, np.abs(sigma), noise, True, third)
 
 
 def noisy_picture(mean: NDArray, sigma: NDArray | None, seed: int) -> Noisy:

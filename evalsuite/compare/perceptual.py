@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,12 +46,31 @@ def view_of(reference: NDArray, mask: NDArray[np.bool_]) -> View:
     decide), and the count is clamped. FLIP's own automatic choice is never used: for a reference of zeros it ends the
     process.
     """
-    y = np.maximum(luminance(reference[mask]), 0.0)
+    return view_between(*anchors(luminance(reference[mask])))
+
+
+class Anchors(NamedTuple):
+    """Luminances that exposures follow from. white: the 99th percentile, or the largest where that is 0; median: of what is
+    lit; both 0 where nothing is."""
+
+    white: float
+    median: float
+
+
+def anchors(luminance: NDArray) -> Anchors:
+    """Those of luminances of any shape."""
+    y = np.maximum(luminance, 0.0)
     lit = y[y > 0]
     if not lit.size:
-        return View(1.0, (0.0, 0.0, 2))
+        return Anchors(0.0, 0.0)
     white = float(np.percentile(y, WHITE_PERCENTILE)) or float(lit.max())
-    median = min(float(np.median(lit)), white)
+    return Anchors(white, min(float(np.median(lit)), white))
+
+
+def view_between(white: float, median: float) -> View:
+    """The view of a picture with these `anchors`."""
+    if not white > 0:
+        return View(1.0, (0.0, 0.0, 2))
     start, stop = (_quarter(math.log2(_ACES_INVERSE / v)) for v in (white, median))
     # A count of 1 makes the library return zeros.
     return View(2.0 ** _quarter(-math.log2(white)), (start, stop, min(max(math.ceil(stop - start), 2), MAX_EXPOSURES)))

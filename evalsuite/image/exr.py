@@ -114,8 +114,13 @@ def read_header(path: Path | str) -> dict[str, object]:
 
 def coarsest(paths: Iterable[Path | str]) -> Callable[[Image], Image]:
     """The rounding that makes pictures of the store and of a run's folder alike to the last bit: that of the coarsest file."""
-    bits = min((int(read_header(path).get(rounding.BITS, 23)) for path in paths), default=23)
+    bits = min(map(significant_bits, paths), default=23)
     return lambda picture: rounding.significant(picture, bits)
+
+
+def significant_bits(path: Path | str) -> int:
+    """Bits after the leading one that a picture was rounded to; 23, all that a float has, where its file states none."""
+    return int(read_header(path).get(rounding.BITS, 23))
 
 
 def _part(path: Path, name: str, array: ArrayLike, header: Mapping[str, object], fixed: Mapping[str, object]) -> OpenEXR.Part:

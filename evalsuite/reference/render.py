@@ -1,4 +1,4 @@
-"""Ground truth in passes: mean, per-pixel standard error, two independent halves, reproducible to the bit.
+"""Ground truth in passes: mean, per-pixel standard error and skew, two independent halves, reproducible to the bit.
 
 Pass k renders the same number of multi-jittered samples with a seed made of (seed, k), and its mean is added in float64, in
 order. So a stopped run continues to the same bits, and a longer run contains the shorter one. Samples within a pass are
@@ -45,14 +45,15 @@ MAX_PASS_SAMPLES = 2**27  # of a pass over the whole film: about ten seconds on 
 class RenderState:
     """Everything that a reference has gathered so far; picklable.
 
-    even, odd: (H, W, 3) float64 sums of the radiance of even and odd passes: two independent halves. squares: (H, W, 3)
-    float64 sum of the squares of all passes' radiance. pass_spp: samples per pixel of one pass. passes: how many. seed: the
-    run's. seconds: time spent rendering (not part of the result).
+    even, odd: (H, W, 3) float64 sums of the radiance of even and odd passes: two independent halves. squares, cubes: (H, W, 3)
+    float64 sums of the squares and cubes of all passes' radiance. pass_spp: samples per pixel of one pass. passes: how many.
+    seed: the run's. seconds: time spent rendering (not part of the result).
     """
 
     even: NDArray[np.float64]
     odd: NDArray[np.float64]
     squares: NDArray[np.float64]
+    cubes: NDArray[np.float64]
     pass_spp: int
     passes: int
     seed: int
@@ -80,6 +81,17 @@ class RenderState:
         return np.maximum(np.sqrt(variance / k), 2.0**-22 * np.abs(mean)).astype(np.float32)
 
     @property
+    def skew(self) -> NDArray[np.float32]:
+        """Cube root of the third cumulant of `mean`'s noise [radiance], (H, W, 3): that of a pass, without bias (k-statistic),
+        over passes²; 0 for fewer than three. Of a normal variable it is 0, of radiance that few samples find positive."""
+        k = self.passes
+        if k < 3:
+            return np.zeros(self.even.shape, np.float32)
+        mean = (self.even + self.odd) / k
+        central = self.cubes / k - 3 * mean * (self.squares / k) + 2 * mean**3
+        return np.cbrt(central / ((k - 1.0) * (k - 2.0))).astype(np.float32)
+
+    @property
     def halves(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Means of the even and of the odd passes, independent of each other; needs two passes."""
         odd_passes = self.passes // 2
@@ -88,7 +100,7 @@ class RenderState:
         return (self.even / (self.passes - odd_passes)).astype(np.float32), (self.odd / odd_passes).astype(np.float32)
 
 
-_STATE = ("even", "odd", "squares", "pass_spp", "passes", "seconds")
+_STATE = ("even", "odd", "squares", "cubes", "pass_spp", "passes", "seconds")
 
 
 def save_state(state: RenderState, path: Path) -> None:
@@ -111,6 +123,7 @@ def load_state(path: Path, seed: int) -> RenderState | None:
         values["even"],
         values["odd"],
         values["squares"],
+        values["cubes"],
         int(values["pass_spp"]),
         int(values["passes"]),
         seed,
@@ -122,7 +135,7 @@ def fresh(source: SceneSource, seed: int = 0, pass_spp: int = RUNGS[1], seconds:
     """A state without any pass. seconds: already spent on a state given up for this one."""
     width, height = load_cached(source).scene.camera.size
     zeros = np.zeros((height, width, 3))
-    return RenderState(zeros, zeros, zeros, pass_spp, 0, seed, seconds)
+    return RenderState(zeros, zeros, zeros, zeros, pass_spp, 0, seed, seconds)
 
 
 def advance(
@@ -146,7 +159,7 @@ def advance(
         state = fresh(source, seed)
     if state.even.shape != (height, width, 3):
         raise EvalsuiteError("reference", f"a state of {state.even.shape[1]}×{state.even.shape[0]}", f"{width}×{height}")
-    even, odd, squares = state.even.copy(), state.odd.copy(), state.squares.copy()
+    even, odd, squares, cubes = (sums.copy() for sums in (state.even, state.odd, state.squares, state.cubes))
     started = time.perf_counter()
     for number in range(state.passes, state.passes + passes):
         image = chosen.render(loaded.mitsuba, 0, seed=pass_seed(state.seed, number), spp=state.pass_spp)
@@ -154,8 +167,9 @@ def advance(
         _require_finite(radiance, source, target, number)
         (odd if number % 2 else even)[...] += radiance
         squares += radiance**2
+        cubes += radiance**3
     seconds = state.seconds + time.perf_counter() - started
-    return replace(state, even=even, odd=odd, squares=squares, passes=state.passes + passes, seconds=seconds)
+    return replace(state, even=even, odd=odd, squares=squares, cubes=cubes, passes=state.passes + passes, seconds=seconds)
 
 
 def pass_seed(seed: int, number: int) -> int:

@@ -72,7 +72,7 @@ def sample(source: SceneSource, plan: Mapping[str, Any], mask: NDArray[np.bool_]
 
     plan: target, target_error, cap (samples per pixel), seed, and decomposition where the target has one. mask: (H, W),
     where the error counts.
-    Returns done, spp, passes, reached_error, capped, seconds, and when done mean, standard_error and halves.
+    Returns done, spp, passes, reached_error, capped, seconds, and when done mean, standard_error, halves and skew.
     """
     path = Path(partial)
     state = render.load_state(path, plan["seed"]) or render.fresh(source, plan["seed"], render.RUNGS[0])
@@ -95,7 +95,8 @@ def sample(source: SceneSource, plan: Mapping[str, Any], mask: NDArray[np.bool_]
             state = render.fresh(source, plan["seed"], 4 * state.pass_spp, state.seconds)
         render.save_state(state, path)
         return step
-    return step | {"mean": state.mean, "standard_error": render.standard_error(state, mask), "halves": state.halves}
+    found = {"mean": state.mean, "standard_error": render.standard_error(state, mask), "halves": state.halves, "skew": state.skew}
+    return step | found
 
 
 def bake_room(source: SceneSource) -> Room:

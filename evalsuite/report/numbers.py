@@ -41,6 +41,17 @@ def measured(metric: Mapping, unit: str = "") -> str:
     return f"{number(metric['value'], unit)} [{interval(metric, unit)}]".replace(" ", "\N{NO-BREAK SPACE}")
 
 
+def estimate(metric: Mapping | None, unit: str = "") -> str:
+    """`2.31 [2.20, 2.42] %`, digits enough to tell the ends apart; — where there is no number."""
+    if not metric:
+        return ""
+    low, high = metric["ci95"]
+    width = high - low if low is not None and high is not None else 0.0
+    value, first, last = (number(v, unit, resolve=width).replace(" %", "") for v in (metric["value"], low, high))
+    ends = "" if low == high and low is not None else f" [{'−∞' if low is None else first}, {'∞' if high is None else last}]"
+    return f"{value}{ends}{' %' if unit == '%' else ''}"
+
+
 def plain(value: object) -> str:
     """Parameters and facts as text."""
     if value is None:

@@ -27,6 +27,7 @@ from evalsuite.report import (
     rankings,
     scales,
     surroundings,
+    tables,
     where,
 )
 from evalsuite.report.numbers import interval, number, plain
@@ -95,6 +96,7 @@ def write(results: Mapping, directory: Path) -> Path:
     }
     across["figures"] = pictures.js_json(_figures(results, across["envelopes"]))
     counts = {status: sum(c["data"].get("status") == status for c in cells) for status in STATUS}
+    tables.write(results, directory)
     index = directory / "index.html"
     host = _host(results.get("host") or {})
     _put(index, environment.get_template("index.html").render(**shared, **across, cells=cells, counts=counts, host=host))

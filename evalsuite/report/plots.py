@@ -87,7 +87,7 @@ def ledger(rows: Sequence[Mapping], colours: Mapping[str, str]) -> dict | None:
         return None
     names = [row["technique"] for row in rows][::-1]
     plot = blank(y="auto", height=LEDGER_TOP + LEDGER_ROW * len(names), y_range=names)
-    plot.xaxis.axis_label, plot.yaxis.axis_label = "share of the mean squared error [%]", None
+    plot.xaxis.axis_label, plot.yaxis.axis_label = "share of squared error [%]", None
     for cause, colour in colours.items():
         bars: dict[str, list] = {name: [] for name in ("y", "left", "right", "share", "cause", "cells", "order")}
         for row in rows:

@@ -128,6 +128,8 @@ def short(value: float) -> str:
     """Three digits, no trailing zeros, no exponent where avoidable."""
     if value == 0:
         return "0"
+    if 999.5 <= abs(value) < 1e4:
+        return f"{value:.0f}"
     return f"{value:.3g}" if 1e-3 <= abs(value) < 1e4 else f"{value:.1e}"
 
 

@@ -14,6 +14,7 @@ import imageio.v3 as iio
 import numpy as np
 import pytest
 
+from evalsuite.compare import ranking
 from evalsuite.compare.causes import causes
 from evalsuite.compare.findings import findings
 from evalsuite.report import page as report
@@ -46,6 +47,7 @@ def scored(scene, technique, environment, value, exponent=None, target="unocclud
     flip = {"value": 0.5 - value, "ci95": [0.45 - value, 0.55 - value]}
     signed = {"value": bias, "ci95": [bias - 0.01, bias + 0.01]}
     metrics = {"rel_rmse": metric, "mse": metric, "flip": flip, "rel_bias": signed, "rel_rmse_full": metric}
+    metrics |= dict.fromkeys(("relmse", "smape", "mae", "max_abs", "p99_abs", "delta_e2000"), metric)
     regional = {"rel_rmse": {"value": 2 * value, "ci95": [value, 3 * value]}, "rel_bias": signed}
     region = {"grazing": {"pixels": 9, "share": metric, "metrics": regional}}
     rung = {"from": "truth", "to": "picture", "value": value, "ci95": [value, value], "rel_rmse": metric, "rel_bias": signed}
@@ -71,6 +73,8 @@ def folder(tmp_path_factory):
         {**scored("ring", "broken", "office", 0.1), "status": "failed", "metrics": {}, "ledger": [], "message": "no picture"},
     ]
     results = {"schema": "evalsuite.results/1", "cells": cells, "host": {}, "causes": causes(cells)}
+    ranked = [ranking.rank(group) for group in ranking.groups(cells)]
+    results["rankings"] = {"kendall": ranking.kendall(ranked), "groups": ranked, "flips": []}
     report.write(json.loads(json.dumps(results)), directory)
     return directory
 
@@ -369,7 +373,7 @@ def test_numbers_read_as_in_the_tables(open_page):
         -0.0,
         1e-7,
         99.96,
-        1234.5,
+        1234.6,
         -0.5,
         1e-3,
         99999.0,

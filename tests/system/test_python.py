@@ -24,6 +24,8 @@ def test_load_render_reference_compare():
     assert image.shape == (48, 48, 3) and image.dtype == np.float32
     assert reference.reached_error <= 0.02 and not reference.capped and reference.mask.sum() > 500
     np.testing.assert_allclose((reference.halves[0] + reference.halves[1]) / 2, reference.mean, rtol=1e-5)
+    for shown, words in ((scene, "torus"), (reference, "relative standard error"), (result, "relative RMSE")):
+        assert words in shown._repr_html_() and "<script" not in shown._repr_html_() and len(repr(shown)) < 200
     low, high = result.metrics["relmse"].ci95
     assert 0 < low <= result.metrics["relmse"].value <= high
     # The reference renders what the picture was drawn with: the published BRDF is darker than the formula, by its albedo.

@@ -8,6 +8,7 @@ from statistics import NormalDist
 import numpy as np
 import OpenEXR
 import pytest
+from scipy.stats import kstat
 
 from evalsuite.errors import EvalsuiteError
 from evalsuite.reference import render, worker
@@ -92,13 +93,21 @@ def test_one_pass_has_no_error_and_no_halves(source):
         _ = state.halves
 
 
+def test_skew_is_the_third_k_statistic_of_the_mean():
+    passes = np.random.default_rng(0).gamma(2.0, size=(8, 4, 4, 3))
+    sums = (passes[::2].sum(0), passes[1::2].sum(0), np.square(passes).sum(0), (passes**3).sum(0))
+    state = render.RenderState(*sums, 64, 8, 0)
+    np.testing.assert_allclose(state.skew.astype(float) ** 3, kstat(passes, 3, axis=0) / 8**2, rtol=1e-5, atol=1e-9)
+    assert not render.RenderState(*sums, 64, 2, 0).skew.any()
+
+
 def fake(passes, error, mean=2.0, pass_spp=64):
     """A state of constant mean whose standard error is `error`."""
     shape = (4, 4, 3)
     total = np.full(shape, mean * passes)
     spread = error**2 * passes * (passes - 1) / passes
     squares = np.full(shape, passes * (mean**2 + spread))
-    return render.RenderState(total / 2, total / 2, squares, pass_spp, passes, 0)
+    return render.RenderState(total / 2, total / 2, squares, np.zeros(shape), pass_spp, passes, 0)
 
 
 def test_relative_error_and_mask():
@@ -208,7 +217,8 @@ def test_pooled_standard_error_makes_z_normal(source):
 
 def test_pooling_stays_on_its_side_and_spares_outliers():
     state = fake(8, 0.1)
-    state = render.RenderState(np.full((12, 12, 3), 8.0), np.full((12, 12, 3), 8.0), np.zeros((12, 12, 3)), 64, 8, 0)
+    eights, zeros = np.full((12, 12, 3), 8.0), np.zeros((12, 12, 3))
+    state = render.RenderState(eights, eights, zeros, zeros, 64, 8, 0)
     state.squares[...] = 8 * (4.0 + 7 * 0.01)  # standard error 0.1 …
     state.squares[:, 6:] = 8 * 4.0  # … on the left, none on the right
     state.squares[5, 2] = 8 * (4.0 + 7 * 1.0)  # and one pixel of ten times the error

@@ -103,5 +103,5 @@ class TestLedger:
         item = json.dumps(
             plots.ledger(self.ROWS, {"lobe": "#111111", "texels": "#222222", "arithmetic": "#333333"}), ensure_ascii=False
         )
-        assert "80 [70 … 90] %" in item and "± 5 %" in item and "share of the mean squared error [%]" in item
+        assert "80 [70 … 90] %" in item and "± 5 %" in item and "share of squared error [%]" in item
         assert plots.ledger([{"technique": "t", "causes": []}], {}) is None
