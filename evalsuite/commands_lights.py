@@ -14,6 +14,7 @@ from evalsuite.image import exr
 from evalsuite.image.color import luminance
 from evalsuite.image.files import replacing
 from evalsuite.lights.decompose import check, decompose, flat_discs
+from evalsuite.lights.description import described
 from evalsuite.lights.model import Decomposition, DecompositionSettings
 from evalsuite.math.disc_coverage import tangent_frame
 from evalsuite.math.sphere import direction_to_latlong, latlong_solid_angles
@@ -37,17 +38,7 @@ def _decompose(path: Path, directory: Path, settings: DecompositionSettings, rep
     environment = read_environment(path, repair=repair)
     found = decompose(environment.radiance, settings)
     power = float(luminance(found.integral))
-    lights = [
-        {
-            "direction": [float(x) for x in light.direction],
-            "angular_radius_deg": float(np.degrees(light.angular_radius)),
-            "solid_angle": light.solid_angle,
-            "radiance": list(light.radiance),
-            "irradiance": list(light.irradiance),
-            "share": float(luminance(np.array(light.irradiance))) / power if power > 0 else 0.0,
-        }
-        for light in found.lights
-    ]
+    lights = described(found)
     before = np.einsum("yxc,yx->c", environment.radiance.astype(np.float64), latlong_solid_angles(*found.shape))
     residual = np.divide(found.integral, before, out=np.ones(3), where=before > 0) - 1.0
     facts = {

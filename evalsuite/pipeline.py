@@ -15,7 +15,7 @@ from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
-from evalsuite import headroom, surroundings
+from evalsuite import environment_view, headroom, surroundings
 from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed
 from evalsuite.gpu import registry
 from evalsuite.gpu.plan import cannot_stand_for
@@ -93,6 +93,9 @@ class Run(Steps):
             "curves": {},
             "blob": None,
             "ledger": [],
+            "truths": {},
+            "environment_id": None,
+            "lights": [],
             "headroom": [],
             "cost": {},
             "images": {},
@@ -168,6 +171,9 @@ class Run(Steps):
             "reference": reference / "reference.exr",
             "standard_error": reference / "standard_error.exr",
         }
+        environment, facts = environment_view.view(self, source, technique, cell.target, parameters) if lit else (None, {})
+        files |= {"environment": environment} if environment else {}
+        result |= facts
         if (image / "standard_error.exr").exists():
             files["image_standard_error"] = image / "standard_error.exr"
         if not certificate["passed"]:
@@ -218,6 +224,9 @@ class Run(Steps):
         for name, _ in chain:
             folder, meta, _, key = self.reference(source, name, self.settings.seed, DecompositionSettings.of(parameters))
             references.append((folder, key))
+            if name != target:
+                result["truths"][name] = key[:16]
+                files[f"target-{name}"] = folder / "reference.exr"
             if meta["capped"] and name != target:
                 result["warnings"].append(f"the reference of {name} stopped at the cap, at {meta['reached_error']:.2%}")
         place, meta = self.chain(image, references, self.seen(source).coverage, lifted)

@@ -31,8 +31,8 @@ GRAZING = 0.3  # n·v
 #: Angles [degrees] from an edge, a corner and the centre of a face: 15, 6 and 10 % of all directions.
 EDGE_DEG, CORNER_DEG, CENTRE_DEG = 5.0, 10.0, 15.0
 HIGHLIGHT_PERCENTILE = 99.0
-#: Which region a pixel has the colour of in a picture of them: the first of these that it is in, as 1, 2, …; then the outline of
-#: the largest blob.
+#: Regions have these numbers, from 1, and the outline of the largest blob the next one. Of several that a pixel is in, a picture
+#: shows the first.
 ORDER = (
     "highlight", "silhouette", "penumbra", "umbra", "face-corner", "face-edge", "grazing", "face-centre", "unshadowed",
 )  # fmt: skip
@@ -110,14 +110,21 @@ def masks(surfaces: Surfaces, inside: Mask, luminance: ArrayLike) -> dict[str, M
 
 
 def picture(regions: Mapping[str, Mask], blob: Mask | None, shape: tuple[int, int]) -> NDArray[np.float32]:
-    """(H, W): each pixel's number in ORDER, 0 in none, OUTLINE on the inner border of the blob."""
-    numbers = np.zeros(shape, np.float32)
-    for number, name in reversed(list(enumerate(ORDER, 1))):
+    """(H, W): which regions each pixel is in, Σ 2^(k−1) over their numbers k in ORDER; OUTLINE is the blob's inner border."""
+    sets = np.zeros(shape, np.int32)
+    for number, name in enumerate(ORDER, 1):
         if name in regions:
-            numbers[regions[name]] = number
+            sets[regions[name]] |= 1 << (number - 1)
     if blob is not None:
-        numbers[blob & ~ndimage.binary_erosion(blob)] = OUTLINE
-    return numbers
+        sets[blob & ~ndimage.binary_erosion(blob)] |= 1 << (OUTLINE - 1)
+    return sets.astype(np.float32)
+
+
+def first(sets: ArrayLike) -> NDArray[np.float32]:
+    """(H, W): the number a pixel of `picture` has the colour of: OUTLINE on the outline, else the first it is in, 0 in none."""
+    sets = np.asarray(sets).astype(np.int64)
+    lowest = np.log2(np.maximum(sets & -sets, 1)) + 1.0
+    return np.where(sets >> (OUTLINE - 1) & 1, OUTLINE, np.where(sets > 0, lowest, 0.0)).astype(np.float32)
 
 
 def silhouette(surfaces: Surfaces, inside: Mask) -> Mask:

@@ -16,7 +16,20 @@ from pathlib import Path
 import jinja2
 
 from evalsuite.image.files import replacing
-from evalsuite.report import causes, envelopes, findings, matrix, pictures, plots, rankings, tables, where
+from evalsuite.report import (
+    causes,
+    cell_plots,
+    envelopes,
+    findings,
+    matrix,
+    pictures,
+    plots,
+    rankings,
+    scales,
+    surroundings,
+    tables,
+    where,
+)
 from evalsuite.report.numbers import interval, number, plain
 from evalsuite.report.scales import short
 from evalsuite.store.results import slug
@@ -39,6 +52,12 @@ METRICS = (
     ("p99_abs", "", "99th percentile of the largest channel's |error|, radiance"),
     ("max_abs", "", "largest |error| of any channel, radiance"),
 )
+#: Of a cell's page, with pictures and without.
+CELL_SCRIPTS = [f"{name}.js" for name in (
+    "flipbook", "visit", "view", "pixels", "digits", "book", "swipe", "exposure", "inspector", "figures", "plots", "histogram",
+    "viewer", "cell",
+)]  # fmt: skip
+PLAIN_SCRIPTS = ["visit.js", "view.js", "cell.js"]
 STATUS = {"scored": "scored", "failed": "failed", "skipped": "skipped", "uncertified": "not certified"}
 
 
@@ -54,13 +73,19 @@ def write(results: Mapping, directory: Path) -> Path:
     with ThreadPoolExecutor(os.cpu_count()) as pool:  # compression leaves Python's lock alone
         prepared = list(pool.map(lambda pair: pictures.prepare(*pair, directory), wanted))
     for (cell, name), shown in zip(wanted, prepared, strict=True):
-        cells.append({"slug": name, **vars(shown), "data": cell, "row": _row(cell)})
-    _remove_stale(directory / "cells", {c["slug"] for c in cells}, {Path(file).stem for c in cells for file in c["files"]})
+        around = surroundings.section(cell, directory)
+        cells.append({"slug": name, **vars(shown), "data": cell, "row": _row(cell), "surroundings": around})
+    shared = {Path(c["surroundings"]["preview"]).stem for c in cells if c["surroundings"]}
+    shared |= {Path(file).stem for c in cells for file in c["files"]}
+    _remove_stale(directory / "cells", {c["slug"] for c in cells}, shared)
     _write_static(directory / "static")
+    _put(directory / "static" / "figures.js", f"const cellFigures = {pictures.js_json(cell_plots.figures())};\n")
     environment = _environment()
     shared = {"results": results, "metrics": METRICS, "statuses": STATUS, "region_rows": where.ROWS}
     for before, cell, after in zip([None, *cells], cells, [*cells[1:], None], strict=False):
+        own = {"figures": pictures.js_json(cell_plots.contents(cell["data"])), "false_colour": pictures.js_json(_false_colour())}
         words = {"root": "../", "cell": cell, "before": before and before["slug"], "after": after and after["slug"]}
+        words |= {"scripts": CELL_SCRIPTS if cell["pictures"] else PLAIN_SCRIPTS, **own}
         _put(directory / "cells" / f"{cell['slug']}.html", environment.get_template("cell_page.html").render(**shared, **words))
     across = {
         "causes": causes.section(results),
@@ -88,12 +113,18 @@ def _figures(results: Mapping, swept: Mapping | None) -> dict[str, dict]:
     return figures | ({"ledger": ledger} if ledger else {})
 
 
+def _false_colour() -> dict[str, object]:
+    scale = scales.false_colour()
+    return {"glsl": scale.glsl, "css": scale.css, "ticks": [(value, scale.position(value)) for value, _ in scale.ticks]}
+
+
 def _environment() -> jinja2.Environment:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("evalsuite.report"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
     environment.filters |= {"number": number, "interval": interval, "plain": plain, "short": _short, "link": _link,
-                            "worst_region": where.worst, "curve_plots": where.plots}  # fmt: skip
+                            "worst_region": where.worst,
+                            "curves": cell_plots.curves, "numbered": where.numbered}  # fmt: skip
     return environment
 
 
@@ -154,9 +185,11 @@ def _write_static(folder: Path) -> None:
 
 
 def _remove_stale(folder: Path, cells: set[str], files: set[str]) -> None:
-    """Data, previews and pages of cells that are gone, data of references that no cell has, and previews of other versions."""
-    for path in (*folder.glob("*-????????*"), *folder.glob("references/*.js"), *folder.glob("*/*.png")):
-        if path.parent.name == "references":
+    """Data, previews and pages of cells that are gone, data of references and pictures of environments that no cell has, and
+    previews of other versions."""
+    shared = (*folder.glob("references/*.js"), *folder.glob("environments/*.webp"))
+    for path in (*folder.glob("*-????????*"), *shared, *folder.glob("*/*.png")):
+        if path.parent.name in ("references", "environments"):
             gone = path.stem not in files
         elif path.suffix == ".png":
             gone = path.parent.name in cells

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from evalsuite.compare import error_map
+from evalsuite.compare import error_map, regions
 from evalsuite.errors import EvalsuiteError
 from evalsuite.image import exr, ldr
 from evalsuite.image.color import luminance, tone_map
@@ -21,7 +21,7 @@ from evalsuite.report import packing, scales
 from evalsuite.report.scales import Scale
 
 #: Changes when what is written changes, so that pages of an older version are made anew.
-VERSION = 3
+VERSION = 4
 #: name in cell["images"] → (title, what it shows)
 TITLES = {
     "image": ("Image", "what the GPU draws"),
@@ -37,7 +37,7 @@ DERIVED = ("relative", "zscore")
 #: Largest side of a preview [pixels].
 PREVIEW = 192
 #: Steps of the page's data from 0 to the end of the scale; 64 for rungs.
-STEPS = {"error": 256, "flip": 256, "regions": 10.5}
+STEPS = {"error": 256, "flip": 256}
 _RUNG = re.compile(r"rung-(\d+)")
 
 
@@ -47,8 +47,13 @@ def titles(cell: Mapping) -> dict[str, tuple[str, str]]:
         f"rung-{k}": (rung["rung"].capitalize(), f"{rung['to']} − {rung['from']}; blue: darker, red: brighter")
         for k, rung in enumerate(cell.get("ledger") or [])
     }
+    of_targets = {
+        f"target-{name}": (f"Truth: {name}", f"what Mitsuba integrates as {name}, a truth of the ledger")
+        for name in cell.get("truths") or {}
+    }
     of_regions = {"regions": ("Regions", "where on the object; a pixel of several has the first one's colour")}
-    return {**TITLES, **of_rungs, **(of_regions if "regions" in cell.get("images", {}) else {})}
+    first = {name: TITLES[name] for name in ("image", "reference")}
+    return {**first, **of_targets, **TITLES, **of_rungs, **(of_regions if "regions" in cell.get("images", {}) else {})}
 
 
 @dataclass(frozen=True)
@@ -115,6 +120,7 @@ def _make(cell: Mapping, paths: Mapping[str, Path], folder: Path, slug: str) -> 
     if not shown:
         return {"pictures": [], "problems": problems, "files": []}
     pictures, items = [], []
+    shared = [data.reference_packed] if data.reference_packed else []
     (height, width), packed = shapes.pop(), data.packed()
     for name, array in shown.items():
         scale, encoded, settings = _look(name, array, cell, shown, mask)
@@ -122,13 +128,15 @@ def _make(cell: Mapping, paths: Mapping[str, Path], folder: Path, slug: str) -> 
         stops = {"stops": scale.stops, "ticks": scale.ticks, "caption": scale.caption}
         pictures.append({"name": name, "width": width, "height": height, "scale": stops})
         items.append({"key": name, "name": named[name][0], "tmo": settings})
-        if not (name == "reference" or name in packed) and name not in data.derivable:
+        if name.startswith("target-"):
+            shared.append({name: packing.pack(array, data.step, data.soft)})
+        elif not (name == "reference" or name in packed) and name not in data.derivable:
             packed[name] = packing.pack(_mean(array), scale.high / STEPS.get(name, 64))
     files = [f"{slug}.js"]
-    if data.reference_packed:
-        key = hashlib.sha256(json.dumps(data.reference_packed).encode()).hexdigest()[:16]
-        files.append(f"references/{key}.js")
-        _receive(folder / files[1], files[1], {"packed": data.reference_packed})
+    for one in shared:
+        file = f"references/{hashlib.sha256(json.dumps(one).encode()).hexdigest()[:16]}.js"
+        files.append(file)
+        _receive(folder / file, file, {"packed": one})
     content = {"width": width, "height": height, "pictures": items, "packed": packed, **data.constants}
     _receive(folder / files[0], slug, content)
     return {"pictures": pictures, "problems": problems, "files": files}
@@ -146,7 +154,7 @@ def _look(
 ) -> tuple[Scale, NDArray, dict]:
     """(scale, preview in sRGB, FlipBook's tone-map settings) of a picture."""
     finite = np.nan_to_num(array, nan=0.0, posinf=65504.0, neginf=-65504.0)
-    if name in ("image", "reference"):
+    if name in ("image", "reference") or name.startswith("target-"):
         exposure = float(cell.get("exposure") or _exposure(arrays.get("reference", array)))
         settings = {"activeTMO": "exposure", "exposure": round(float(np.log2(exposure)), 3), "min": 0, "max": 1 / exposure}
         rgb = finite if finite.ndim == 3 else np.repeat(finite[..., None], 3, axis=2)
@@ -200,13 +208,17 @@ class Data:
         self._pair = (image, reference) if image is not None and reference is not None else None
         sigma = arrays.get("standard_error")
         self.step, self.soft = packing.fineness(reference, sigma, mask) if reference is not None else (packing.FINEST, 1.0)
-        self._sigma = None if sigma is None else _mean(sigma)
-        self._noise = _mean(np.hypot(sigma, self._own)) if sigma is not None and self._own is not None else self._sigma
+        self._sigma = sigma
+        self._noise = np.hypot(sigma, self._own) if sigma is not None and self._own is not None else sigma
+        self._noise = None if self._noise is None else _mean(self._noise)
         self.derivable, self.constants = set(), {"rounding": [self.step, self.soft], "largest_z": error_map.MAX_Z, "epsilon": 0.0}
+        self._where = self._places(mask)
+        if self._where is not None:
+            self.derivable.add("regions")
         if self._pair and all(a.ndim == 3 for a in self._pair) and "error" in arrays:
             scale = float(np.nanmean(reference if mask is None else reference[mask]))
             self.constants["epsilon"] = error_map.EPSILON * scale
-            self.derivable = {"error", "relative"}
+            self.derivable |= {"error", "relative"}
             self.shown["relative"] = error_map.relative(image, reference, scale)
             if self._noise is not None:
                 self.derivable.add("zscore")
@@ -217,6 +229,14 @@ class Data:
         rounding = self.step * (np.abs(reference).mean(axis=2) + self.soft) / 2
         error = np.abs(image - reference).mean(axis=2)
         return np.minimum(error / np.hypot(self._noise, rounding), error_map.MAX_Z)
+
+    def _places(self, mask: NDArray[np.bool_] | None) -> NDArray | None:
+        """(H, W): 1 on the object, and twice the set of regions (`compare.regions.picture`), which are shown by their first."""
+        sets = self.shown.get("regions")
+        if sets is not None:
+            self.shown["regions"] = regions.first(sets)
+        parts = [part for part in (mask, None if sets is None else 2 * sets) if part is not None]
+        return sum(part.astype(np.float64) for part in parts) if parts else None
 
     @property
     def reference_packed(self) -> dict:
@@ -229,7 +249,8 @@ class Data:
     def packed(self) -> dict:
         """What is the cell's own, but for differences whose scale decides their steps."""
         found = {"image": packing.pack(self.shown["image"], self.step, self.soft)} if "image" in self.shown else {}
-        return found | ({"sigma": _pack_sigma(self._noise)} if self._own is not None and self._noise is not None else {})
+        found |= {} if self._own is None else {"own_sigma": _pack_sigma(self._own)}
+        return found | ({} if self._where is None else {"where": packing.pack(self._where, 1.0)})
 
 
 def _pack_sigma(sigma: NDArray) -> dict:

@@ -100,6 +100,13 @@ def radiance(exposure: float) -> Scale:
     return Scale(stops, tuple(ticks), f"radiance; exposure {math.log2(exposure):+.2f} EV, sRGB")
 
 
+def false_colour() -> Scale:
+    """Luminance in false colour, logarithmic: stops above (below) what is shown as white, EV."""
+    low, high = -8.0, 4.0
+    stops = tuple((low + (high - low) * at, code) for at, code in flip().stops)
+    return Scale(stops, tuple((v, "") for v in (-8.0, -4.0, 0.0, 4.0)), "luminance, logarithmic")
+
+
 def regions(names: Iterable[str]) -> Scale:
     """Regions of a cell by their numbers (`compare.regions.ORDER`), one flat colour each."""
     stops = [(float(number) + end, code) for number, code in enumerate(REGIONS) for end in (-0.5, 0.5)]

@@ -37,16 +37,21 @@ def write(directory: Path, patterns: Sequence[str], target: Path) -> list[str]:
         )
     names, folder = [slug(cell["id"]) for cell in cells], _Cells(Path(directory).resolve())
     pages = {name: folder.text(f"{name}.html") for name in names}
-    # Every page names the same ones, but for what its cell has not.
-    scripts, styles = ({path: None for page in pages.values() for path in pattern.findall(page)} for pattern in (_SCRIPT, _STYLE))
+    # A cell without pictures needs a few of the same, in the same order.
+    uses = {name: _SCRIPT.findall(page) for name, page in pages.items()}
+    scripts = dict.fromkeys(max(uses.values(), key=len))
+    styles = {path: None for page in pages.values() for path in _STYLE.findall(page)}
     files = {file: None for page in pages.values() for found in _FILES.findall(page) for file in found.split()}
+    if "../static/plots.js" in scripts:
+        files["../static/bokeh.min.js"] = None
     environment = jinja2.Environment(loader=jinja2.PackageLoader("evalsuite.report"), autoescape=True)
     html = environment.get_template("single.html").render(
         title=cells[0]["id"] if len(cells) == 1 else results.get("title") or "Cells",
         report=results,
         cells=[(name, cell, Markup(_section(pages, name, folder))) for name, cell in zip(names, cells, strict=True)],
         styles=[Markup(folder.text(path).replace("</style", r"<\/style")) for path in styles],
-        scripts=[_script(folder.text(path)) for path in scripts],
+        scripts={path: _script(folder.text(path)) for path in scripts},
+        uses=uses,
         licence=_script(folder.text("../static/flipbook.LICENSE.txt")),
         files={file: _script(folder.text(file)) for file in files},
     )

@@ -23,7 +23,7 @@ VERSION = 1
 SHARED = ("reference", "standard_error")
 #: (image − reference) / (reference + ε) and |error| in standard errors follow from the others.
 LEFT_OUT = ("relative", "zscore")
-_RUNG = re.compile(r"rung-\d+")
+_RUNG, _TRUTH = re.compile(r"rung-\d+"), re.compile(r"target-.+")
 
 Array = NDArray[np.float32]
 
@@ -56,7 +56,11 @@ def paths(cell: Mapping, files: Mapping[str, Path], folder: str) -> dict[str, st
         stated = str(cell.get("reference_id") or "")
         key = stated if re.fullmatch(r"[0-9a-f]{16}", stated) else file_digest(files["reference"])[:16]
         found |= {name: f"images/references/{key}/{name}.exr" for name in SHARED if name in files}
-    return found
+    if "environment" in files:
+        found["environment"] = f"images/environments/{cell['environment_id']}/environment.exr"
+    # Other truths of the ledger: the references of other cells, as often as not.
+    truths = {f"target-{name}": key for name, key in (cell.get("truths") or {}).items()}
+    return found | {name: f"images/references/{key}/reference.exr" for name, key in truths.items() if name in files}
 
 
 def write(directory: Path, cells: Sequence[tuple[Mapping[str, str], Mapping[str, Path]]]) -> None:
@@ -83,9 +87,12 @@ def _task(name: str, files: Mapping[str, Path], target: Path) -> Callable[[], No
         if target.exists() and target.stat().st_mtime_ns == stamp:
             return
         mask = _read(files["mask"]) if _RUNG.fullmatch(name) and "mask" in files else None
-        bits = _bits(files) if name in ("image", "reference") else MOST
+        radiance = name in ("image", "reference") or _TRUTH.fullmatch(name)
+        # Another truth is another cell's reference, with its own noise beside it in the store.
+        its_own = {"reference": source, "standard_error": source.with_name("standard_error.exr")}
+        bits = _bits(its_own if _TRUTH.fullmatch(name) else files) if radiance else MOST
         picture = rounded(name, _read(source), mask, bits)
-        header = {BITS: bits} if name in ("image", "reference") else {}
+        header = {BITS: bits} if radiance else {}
         exr.write(target, picture, header, compression="HALF" if _fits_half(picture) else "PXR24")
         os.utime(target, ns=(stamp, stamp))
 
@@ -93,13 +100,14 @@ def _task(name: str, files: Mapping[str, Path], target: Path) -> Callable[[], No
 
 
 def _bits(files: Mapping[str, Path]) -> int:
-    known = "reference" in files and "standard_error" in files
+    known = all(name in files and files[name].exists() for name in ("reference", "standard_error"))
     return bits_for(_read(files["reference"]), _read(files["standard_error"])) if known else MOST
 
 
 def _sweep(images: Path, keep: set[Path]) -> None:
     folders = {path.parent for path in keep}
-    for folder in (*images.iterdir(), *(images / "references").glob("*")) if images.is_dir() else ():
+    shared = (*images.glob("references/*"), *images.glob("environments/*"))
+    for folder in (*images.iterdir(), *shared) if images.is_dir() else ():
         if folder in folders:
             for path in folder.iterdir():
                 if path.suffix == ".exr" and path not in keep:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import shutil
@@ -10,6 +11,7 @@ import threading
 from collections import Counter
 from pathlib import Path
 
+import imageio.v3 as iio
 import numpy as np
 import pytest
 
@@ -70,7 +72,7 @@ def test_the_same_from_a_server(tab, folder):  # noqa: F811
         open_cell(tab)
         served = drawn(tab)
         name = tab.locator(".cell").get_attribute("id")
-        assert tab.url == f"{origin}cells/{name}.html"
+        assert tab.url == f"{origin}cells/{name}.html#?picture=reference"
         assert {url for url in tab.requests if not url.startswith((origin, "data:", "blob:"))} == set()
         tab.locator("a[rel=next]").click()
         drawn(tab)
@@ -98,6 +100,10 @@ def test_a_single_file_of_one_cell(tab, folder, tmp_path):  # noqa: F811
     assert len([url for url in tab.requests if not url.startswith(("data:", "blob:"))]) == 1, "the file itself"
     assert all(tab.locator(f"a[{which}]").is_hidden() for which in ("rel=prev", "rel=next", "class=back"))
     assert tab.evaluate("[...document.images].every((image) => image.complete && image.naturalWidth > 8)")
+    tab.locator("#histogram").scroll_into_view_if_needed()
+    tab.wait_for_timeout(2000)
+    plot = iio.imread(io.BytesIO(tab.locator("#histogram").screenshot()))[..., :3].astype(int)
+    assert (plot[..., 2] - plot[..., 0] > 60).sum() > 500 < (plot[..., 0] - plot[..., 2] > 60).sum(), "blue and orange bars"
 
 
 def test_a_single_file_of_several_cells(tab, folder, tmp_path):  # noqa: F811
@@ -180,9 +186,18 @@ def named(directory, names):
 
 
 def elements(tab):
-    """How many there are of each kind, without what FlipBook makes."""
+    """How many there are of each kind, without what FlipBook makes, and boxes that can be reached by keys if a long name makes
+    them scroll."""
     kind = "(e) => `${e.tagName} ${e.getAttributeNames().sort()}`"
-    return Counter(tab.evaluate(f"[...document.querySelectorAll('body *')].filter((e) => !e.closest('.viewer')).map({kind})"))
+    ours = "(e) => !e.closest('.viewer') && !e.matches('.scroll')"
+    return Counter(tab.evaluate(f"[...document.querySelectorAll('body *')].filter({ours}).map({kind})"))
+
+
+def settled(tab):
+    """Wait until a cell's scripts have made what they make."""
+    if tab.locator(".cell .viewer").count():
+        tab.wait_for_selector(".tools:not([hidden])")
+    tab.wait_for_timeout(100)
 
 
 def test_names_stay_text_and_inside(tab, tmp_path):
@@ -201,9 +216,10 @@ def test_names_stay_text_and_inside(tab, tmp_path):
         pages.append([directory / "index.html", *(directory / "cells" / f"{slug(c['id'])}.html" for c in cells)])
     for benign, hostile in zip(*pages, strict=True):
         tab.goto(benign.as_uri())
+        settled(tab)
         expected = elements(tab)
         tab.goto(hostile.as_uri())
-        tab.wait_for_timeout(50)
+        settled(tab)
         assert elements(tab) == expected, hostile.name
     tab.goto(pages[1][0].as_uri())
     shown = tab.locator("#summary tbody tr td:nth-child(2)").all_text_contents()

@@ -1,12 +1,10 @@
-// The viewer of a cell's page. All text is in the page already; data is only ever pixels.
+// A cell's page: its steps to other cells, its pictures and its command. All text is in the page already; data is only ever pixels.
 "use strict";
 
 (() => {
   const section = document.querySelector(".cell");
   const slug = section.id;
-  const viewer = section.querySelector(".viewer");
-  const buttons = [...section.querySelectorAll(".strip button")];
-  let host = null; // FlipBook's box
+  const box = section.querySelector(".viewer");
 
   // ---- steps ----
   // Previous and next in the order that the overview shows; without its word the links stay those of the report's order.
@@ -22,11 +20,27 @@
     }
   }
 
-  // ---- viewer ----
+  // Picture, zoom and exposure come along: the next cell opens as this one is looked at.
+  const STAY = ["pixel"];
+  function along() {
+    const kept = new URLSearchParams(view.all());
+    for (const key of STAY) kept.delete(key);
+    for (const link of section.querySelectorAll("a[rel=prev], a[rel=next]")) {
+      if (link.hasAttribute("href")) link.href = link.href.split("#")[0] + (kept.size ? `#?${kept}` : "");
+    }
+  }
+
+  // ---- pictures ----
   async function load() {
-    const loading = viewer.querySelector(".loading");
+    const loading = box.querySelector(".loading");
     try {
-      await view(await pixels.load(section));
+      const data = await pixels.load(section);
+      const host = document.createElement("div");
+      host.className = "book";
+      host.id = `book-${slug}`;
+      box.prepend(host);
+      await book.open(host, data);
+      viewer.start(data);
       loading.hidden = true;
     } catch (error) {
       console.error(error);
@@ -34,53 +48,10 @@
     }
   }
 
-  async function view(data) {
-    const values = data.pictures.map((picture) => picture.values);
-    host = document.createElement("div");
-    host.className = "book";
-    host.id = `book-${slug}`;
-    viewer.append(host);
-    await flipbook.MakeFlipBook({
-      dataUrls: values,
-      types: values.map(() => "float32array"),
-      names: data.pictures.map((picture) => picture.name),
-      width: data.width,
-      height: data.height,
-      containerId: host.id,
-      id: host.id,
-      groupName: slug,
-      initialZoom: -1,
-      initialTMO: { activeTMO: "exposure", exposure: 0 },
-      initialTMOOverrides: data.pictures.map((picture) => picture.tmo),
-      hideTools: true,
-    });
-    while (host.querySelectorAll("canvas").length < values.length) await new Promise(requestAnimationFrame);
-    settle(); // React has drawn by now
-  }
-
-  // The page's tab order instead of FlipBook's positive tab indices, names for its canvases, and a strip that follows its choice.
-  function settle() {
-    const follow = () => {
-      for (const element of host.querySelectorAll("[tabindex]")) if (element.tabIndex > 0) element.tabIndex = element.tabIndex === 2 ? 0 : -1;
-      host.querySelectorAll("canvas").forEach((canvas, i) => {
-        canvas.setAttribute("role", "img");
-        canvas.setAttribute("aria-label", buttons[i].querySelector("img").alt);
-        buttons[i].setAttribute("aria-pressed", String(getComputedStyle(canvas).display !== "none"));
-      });
-    };
-    new MutationObserver(follow).observe(host, { subtree: true, childList: true, attributeFilter: ["class"] });
-    follow();
-  }
-
-  // ---- controls ----
-  section.addEventListener("click", (event) => {
-    const picture = event.target.closest(".strip button");
-    if (picture && host) flipbook.UpdateFlipGroupSelection(slug, Number(picture.dataset.index));
-    const copy = event.target.closest(".copy");
-    if (copy) copyText(copy);
-  });
-
-  async function copyText(button) {
+  // ---- command and keys ----
+  section.addEventListener("click", async (event) => {
+    const button = event.target.closest(".copy");
+    if (!button) return;
     const code = button.previousElementSibling;
     try {
       await navigator.clipboard.writeText(code.textContent);
@@ -90,18 +61,32 @@
       button.textContent = "Selected";
     }
     setTimeout(() => { button.textContent = "Copy"; }, 1500);
-  }
-
-  document.addEventListener("keydown", (event) => {
-    if (event.key === "Escape" && !document.fullscreenElement) location.href = section.querySelector("a.back").href;
-    // FlipBook hears the keys of its own box only; the digits flip from anywhere on the page.
-    const typing = event.target.closest?.("input, select, textarea") || event.ctrlKey || event.metaKey || event.altKey;
-    if (host && !typing && /^[1-9]$/.test(event.key) && !host.contains(event.target)) {
-      if (Number(event.key) <= host.querySelectorAll("canvas").length) flipbook.UpdateFlipGroupSelection(slug, Number(event.key) - 1);
-    }
   });
 
+  document.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.("input:not([type=range], [type=checkbox]), select, textarea")) return;
+    if (event.key === "Escape" && !document.fullscreenElement) location.href = section.querySelector("a.back").href;
+    const step = { n: "next", p: "prev" }[event.key];
+    const link = step && section.querySelector(`a[rel=${step}]:not([hidden])`);
+    if (link) location.href = link.href;
+  });
+
+  // ---- what scrolls can be reached by keys ----
+  function scrollable() {
+    for (const box of section.querySelectorAll(".scroll")) {
+      if (box.scrollWidth > box.clientWidth) {
+        box.tabIndex = 0;
+        box.setAttribute("role", "region");
+        box.setAttribute("aria-label", box.closest("section").querySelector("h3, h1")?.textContent.trim().replace(/\s+/g, " ") ?? "Table");
+      } else for (const name of ["tabindex", "role", "aria-label"]) box.removeAttribute(name);
+    }
+  }
+  new ResizeObserver(scrollable).observe(section);
+  section.addEventListener("toggle", scrollable, { capture: true });
+
   steps();
+  view.on(null, along);
+  along();
   section.querySelector("h1").focus({ preventScroll: true });
-  if (viewer) load();
+  if (box) load();
 })();

@@ -66,18 +66,21 @@ const pixels = (() => {
       const below = Math.max(reference[i], 0) + epsilon;
       return below > 0 ? (value - reference[i]) / below : Math.sign(value - reference[i]);
     }),
-    zscore: ({ image, reference, sigma }, { rounding: [step, soft], largest_z }) => sigma.map((noise, i) => {
-      let error = 0, size = 0;
+    zscore: ({ image, reference, sigma, own_sigma }, { width, height, rounding: [step, soft], largest_z }) => Float32Array.from({ length: width * height }, (_, i) => {
+      let error = 0, size = 0, noise = 0;
       for (let c = 3 * i; c < 3 * i + 3; c++) {
         error += Math.abs(image[c] - reference[c]) / 3;
         size += Math.abs(reference[c]) / 3;
+        noise += Math.hypot(sigma[c], own_sigma?.[c] ?? 0) / 3;
       }
       return Math.min(error / Math.hypot(noise, step * (size + soft) / 2), largest_z);
     }),
+    // As `first` of compare/regions.py, by what stands in `where`: 1 on the object, 2ᵏ in region k, 2¹⁰ on the outline.
+    regions: ({ where }) => where.map((places) => (places & 1024 ? 10 : places > 1 ? Math.log2((places & ~1) & -(places & ~1)) : 0)),
   };
 
-  // Of a cell's section: { width, height, sigma, pictures: [{ key, name, tmo, channels, values }] }. sigma: the reference's standard
-  // error, mean of the channels, or null.
+  // Of a cell's section: { width, height, epsilon, rounding, known, pictures: [{ key, name, tmo, channels, values }] }. known: image,
+  // reference, their standard errors own_sigma and sigma, where (as above), each Float32Array or missing.
   async function load(section) {
     const [file, ...shared] = section.dataset.files.split(" ");
     const [cell, ...rest] = await Promise.all([fetch(section.id, file), ...shared.map((one) => fetch(one, one))]);
@@ -88,7 +91,7 @@ const pixels = (() => {
       known[picture.key] ??= derived[picture.key](known, cell);
       return { ...picture, channels: known[picture.key].length / (cell.width * cell.height), values: known[picture.key] };
     });
-    return { width: cell.width, height: cell.height, sigma: known.sigma ?? null, pictures };
+    return { width: cell.width, height: cell.height, epsilon: cell.epsilon, rounding: cell.rounding, known, pictures };
   }
 
   return { load, receive: (name, data) => { waiting.get(name)?.(data); waiting.delete(name); } };

@@ -3,7 +3,9 @@
 "use strict";
 
 const plots = (() => {
-  const figures = JSON.parse(document.getElementById("figures").textContent);
+  // Of a cell's page: what goes into figures that all cells share. Else the figures themselves.
+  const given = JSON.parse(document.getElementById("figures").textContent);
+  const shared = typeof cellFigures === "undefined" ? null : cellFigures;
   // Okabe and Ito's colours but for black and yellow, which one of the two backgrounds swallows; and two of like lightness.
   const COLOURS = ["#3b8ed0", "#d9772b", "#2a9d74", "#c35fa0", "#b58b00", "#7a6fd0", "#c2504a", "#7f8c8d", "#4f9aa8", "#8a7a4f"];
   const drawn = new Map(); // host → draws its plot again
@@ -12,10 +14,15 @@ const plots = (() => {
 
   function load() {
     library ??= new Promise((resolve, reject) => {
-      const script = element("script", { src: "static/bokeh.min.js" });
+      const script = document.createElement("script");
+      const path = "static/bokeh.min.js";
+      const inline = document.querySelector(`script[data-file="../${path}"]`); // in a page of a single file
+      if (inline) script.textContent = inline.textContent;
+      else script.src = document.documentElement.dataset.root + path;
       script.onload = () => resolve(window.Bokeh);
       script.onerror = () => reject(new Error("static/bokeh.min.js could not be loaded"));
       document.head.append(script);
+      if (inline) resolve(window.Bokeh); // it has run
     });
     return library;
   }
@@ -28,12 +35,14 @@ const plots = (() => {
     if (model === "Figure") return { background_fill_color: paper, border_fill_color: paper, outline_line_color: line };
     if (/Axis$/.test(model)) return { axis_line_color: soft, major_tick_line_color: soft, minor_tick_line_color: null, major_label_text_color: soft, axis_label_text_color: ink };
     if (model === "Grid") return { grid_line_color: line };
+    if (model === "Legend") return { background_fill_color: paper, border_line_color: null, label_text_color: ink };
     if (model === "Title") return { text_color: ink };
     if (tags?.includes("ink")) return model === "Text" ? { text_color: { type: "value", value: ink } } : { line_color: { type: "value", value: soft } };
     return {};
   }
 
-  // Puts data, labels and colours into a figure of report/plots.py: name of a source or an axis → its columns, or its label.
+  // Puts data, labels and colours into a figure of report/plots.py: name of a source or an axis → its columns, or its label; of
+  // something else that has a name → its properties.
   function fill(node, given) {
     if (Array.isArray(node)) return node.map((one) => fill(one, given));
     if (!node || typeof node !== "object") return node;
@@ -42,15 +51,18 @@ const plots = (() => {
     made.attributes = { ...made.attributes, ...colours(node.name, node.attributes?.tags) };
     const own = given[node.attributes?.name];
     if (typeof own === "string") made.attributes.axis_label = own;
+    else if (own && node.name !== "ColumnDataSource") Object.assign(made.attributes, own);
     else if (own) made.attributes.data = { type: "map", entries: Object.entries(own) };
     return made;
   }
 
   // Draw a figure of report/plots.py in a host.
-  async function embed(host, name, says, given = {}) {
+  async function embed(host, name, says, more = {}) {
+    const own = shared && given[name];
+    const figure = shared ? shared[own?.figure ?? name] : given[name];
     host.setAttribute("role", "group");
     host.setAttribute("aria-label", says);
-    const again = () => embed(host, name, says, given);
+    const again = () => embed(host, name, says, more);
     drawn.set(host, again);
     host.id ||= `plot-${drawn.size}`;
     try {
@@ -58,7 +70,7 @@ const plots = (() => {
       if (drawn.get(host) !== again) return; // another came while the library loaded
       roots.get(host)?.clear();
       host.replaceChildren();
-      const manager = await Bokeh.embed.embed_item({ ...fill(figures[name], given), target_id: host.id }, host.id);
+      const manager = await Bokeh.embed.embed_item({ ...fill(figure, { ...own?.given, ...more }), target_id: host.id }, host.id);
       if (drawn.get(host) === again) roots.set(host, manager);
       else manager.clear();
     } catch (error) {
@@ -67,7 +79,7 @@ const plots = (() => {
     }
   }
 
-  scores.dark.addEventListener("change", () => { for (const again of drawn.values()) again(); });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { for (const again of drawn.values()) again(); });
 
   // Points with intervals and a line: points [{x, y, x0, x1, y0, y1, name, first, second, colour, filled, label}], line [[x, y]].
   async function points(host, { points: all, line, x, y, xlog, ylog, says }) {
@@ -165,5 +177,5 @@ const plots = (() => {
   }
   for (const host of document.querySelectorAll(".plot[data-figure]")) lazily(host, () => embed(host, host.dataset.figure, host.getAttribute("aria-label")));
 
-  return { points, ends, factor, colour: (k) => COLOURS[k % COLOURS.length] };
+  return { embed, lazily, points, ends, factor, colour: (k) => COLOURS[k % COLOURS.length] };
 })();

@@ -1,27 +1,28 @@
-// What the overview shows, kept in the address so that a view can be shared: index.html#?metric=flip&target=path.
+// What a page shows, kept in the address so that a view can be shared: index.html#?metric=flip&target=path.
 "use strict";
 
 const view = (() => {
   const listeners = [];
+  const overview = !document.documentElement.dataset.root; // a cell's view is in its address alone
   const ours = () => location.hash.startsWith("#?");
   // Coming back from a cell the address is bare: then what was left stands.
-  let now = new URLSearchParams(ours() ? location.hash.slice(2) : location.hash ? "" : visit.read().view ?? "");
+  let now = new URLSearchParams(ours() ? location.hash.slice(2) : location.hash || !overview ? "" : visit.read().view ?? "");
 
   function put() {
     const text = String(now);
-    visit.write({ view: text });
+    if (overview) visit.write({ view: text });
     const address = location.href.split("#")[0] + (text ? `#?${text}` : "");
     try { history.replaceState(null, "", address); } catch { location.replace(address); }
   }
 
   function tell(keys) {
-    for (const [wanted, call] of listeners) if (!keys || keys.some((key) => wanted.includes(key))) call();
+    for (const [wanted, call] of listeners) if (!keys || !wanted || keys.some((key) => wanted.includes(key))) call();
   }
 
   window.addEventListener("hashchange", () => {
-    if (!ours()) return;
+    if (!ours() && (overview || location.hash)) return;
     now = new URLSearchParams(location.hash.slice(2));
-    visit.write({ view: String(now) });
+    if (overview) visit.write({ view: String(now) });
     tell();
   });
 
@@ -35,7 +36,8 @@ const view = (() => {
       put();
       tell(changed);
     },
-    // Call when one of these keys changes.
+    all: () => String(now),
+    // Call when one of these keys, of null any, changes.
     on: (keys, call) => { listeners.push([keys, call]); },
     remember: () => visit.write({ view: String(now) }),
   };

@@ -178,7 +178,8 @@ def planted(value=0.2):
 
 def test_a_planted_error_shows_in_its_region_alone():
     seen, inside, truth, image = planted()
-    meta, numbers = where.located(exact(image), exact(truth), inside, seen)
+    meta, sets = where.located(exact(image), exact(truth), inside, seen)
+    numbers = regions.first(sets)
     found = meta["regions"]
     assert found["penumbra"]["metrics"]["rel_bias"]["value"] == pytest.approx(0.2)
     assert found["penumbra"]["share"] == {"value": pytest.approx(1.0), "ci95": [pytest.approx(1.0)] * 2}
@@ -188,6 +189,24 @@ def test_a_planted_error_shows_in_its_region_alone():
     assert numbers[~inside].max() == 0.0
     assert set(np.unique(numbers)) <= set(range(regions.OUTLINE + 1)) and regions.OUTLINE in numbers
     json.dumps(meta, allow_nan=False)
+
+
+def test_a_picture_of_regions_holds_all_that_a_pixel_is_in():
+    on = np.array([[True, True, False, False]])
+    off = ~on
+    found = {"silhouette": on, "grazing": np.array([[True, False, True, False]]), "unshadowed": off}
+    blob = np.zeros((5, 5), bool)
+    blob[1:4, 1:4] = True
+    sets = regions.picture(found, None, on.shape)
+    number = {name: k for k, name in enumerate(regions.ORDER, 1)}
+    expected = [[2 ** (number[a] - 1) + (2 ** (number[b] - 1) if b else 0) for a, b in
+                 (("silhouette", "grazing"), ("silhouette", None), ("grazing", "unshadowed"), ("unshadowed", None))]]  # fmt: skip
+    np.testing.assert_array_equal(sets, expected)
+    np.testing.assert_array_equal(
+        regions.first(sets), [[number[n] for n in ("silhouette", "silhouette", "grazing", "unshadowed")]]
+    )
+    outlined = regions.first(regions.picture({"silhouette": np.ones((5, 5), bool)}, blob, (5, 5)))
+    assert (outlined == regions.OUTLINE).sum() == 8 and outlined[2, 2] == outlined[0, 0] == number["silhouette"]
 
 
 def test_scores_of_a_region_are_those_of_compare_on_it():

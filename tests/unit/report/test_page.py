@@ -51,9 +51,9 @@ def test_everything_named_is_there_and_nothing_is_remote(written):
     for file in pages:
         tags = Tags()
         tags.feed(file.read_text(encoding="utf-8"))
-        assert tags.scripts == scripts.get(file.name, [f"../static/{n}.js" for n in ("flipbook", "visit", "pixels", "cell")]), (
-            "no script but ours"
-        )
+        of_cell = page.CELL_SCRIPTS if 'class="viewer"' in file.read_text(encoding="utf-8") else page.PLAIN_SCRIPTS
+        of_cell = [f"../static/{name}" for name in of_cell] + [None, None] * (of_cell is page.CELL_SCRIPTS)  # two of data
+        assert tags.scripts == scripts.get(file.name, of_cell), "no script but ours"
         files = [r for r in tags.references if not r.startswith(("#", "data:"))]
         assert len(files) >= 5 and all((file.parent / r).is_file() for r in files)
     assert "MIT License" in (directory / "static" / "flipbook.LICENSE.txt").read_text()
@@ -85,7 +85,7 @@ def test_data_keeps_sign_and_value(written):
     assert own == script.name and received(directory / "cells" / shared)[0] == shared
     packed = received(directory / "cells" / shared)[1]["packed"] | content["packed"]
     read = {name: unpack(one, content["height"], content["width"]) for name, one in packed.items()}
-    assert set(read) == {"image", "flip", "reference", "sigma"}, "all else follows from these"
+    assert set(read) == {"image", "flip", "reference", "sigma", "where"}, "all else follows from these"
     originals = {n: next(iter(exr.read_parts(directory / path).values())) for n, path in cell["images"].items()}
     sigma = originals["standard_error"]
     for name in ("image", "reference"):
@@ -94,7 +94,8 @@ def test_data_keeps_sign_and_value(written):
     assert (np.abs(error - originals["error"].mean(-1)) < 0.4 * sigma.mean(-1)).all()
     assert np.abs(error - originals["error"].mean(-1)).mean() < 0.15 * sigma.mean()
     assert error.min() < -0.05 < 0.05 < error.max()
-    np.testing.assert_allclose(read["sigma"], sigma.mean(-1), rtol=0.02)
+    np.testing.assert_allclose(read["sigma"], sigma, rtol=0.02)
+    np.testing.assert_array_equal(read["where"], originals["mask"])
     np.testing.assert_allclose(read["flip"], originals["flip"], atol=1 / 512 + 1e-6)
     settings = content["pictures"][2]["tmo"]
     assert settings["min"] == -settings["max"] < 0
