@@ -242,7 +242,7 @@ def check(
     no_ledger: Annotated[bool, typer.Option("--no-ledger", help="Do not split errors by cause: quicker.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Hold a report against its blessed baseline: exit code 1 where a cell is further from the truth, missing, extra or failed."""
+    """Hold a report against its blessed baseline; exit code 1 where a cell is further from the truth, missing or failed."""
     from evalsuite import commands_gate as gate
     from evalsuite import plan as planning
     from evalsuite.gate import outlets
@@ -279,7 +279,7 @@ def check(
 @app.command()
 def bless(
     report: Annotated[str, typer.Argument(help="Report name or .toml file.")] = "accuracy",
-    cells: Annotated[list[str] | None, typer.Argument(metavar="[CELL]…", help="Ids or globs; default: all with a score.")] = None,
+    cells: Annotated[list[str] | None, typer.Argument(metavar="[CELL]…", help="Ids or globs; default: all scored.")] = None,
     baseline: Annotated[Path | None, typer.Option(help="Default: reports/REPORT.baseline.json, or beside the .toml.")] = None,
     out_dir: Annotated[Path | None, typer.Option("--out", help="Folder of the results; default reports/build/REPORT.")] = None,
     reason: Annotated[str | None, typer.Option(help="Why; needed for what is further from the truth.")] = None,

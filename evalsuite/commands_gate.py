@@ -7,7 +7,7 @@ import json
 import os
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from rich.console import Console
@@ -33,7 +33,7 @@ SCHEMA = "evalsuite.check/1"
 class Asked:
     """What the command line says; None and empty: as the baseline was made. error: (target error, cap)."""
 
-    choice: Choice = Choice()
+    choice: Choice = field(default_factory=Choice)
     error: tuple[float, int] | None = None
     size: tuple[int, int] | None = None
     seed: int | None = None
@@ -68,8 +68,8 @@ def check(
     read_cache: bool = True,
     console: Console,
 ) -> dict:
-    """Render the cells as the baseline's were (with `render`: else the folder's results are judged as they are), hold them against
-    it, write check.json and what else is asked for; returns the check. Raises EvalsuiteError for bad input."""
+    """Render the cells as the baseline's were (with `render`: else the folder's results are judged as they are), hold them
+    against it, write check.json and what else is asked for; returns the check. Raises EvalsuiteError for bad input."""
     blessed = baselines.read(baseline)
     for path in filter(None, (outlets_.junit, outlets_.summary)):
         store_results.prepare(path.parent)
@@ -122,7 +122,15 @@ def _run(
     settings = Settings(error, cap, size, seed, asked.repair_env or bool(made.get("repair_env")), ledger=ledger)
     cells = planning.plan(definition, choice)
     run_report(
-        definition, cells, settings, directory, choice=choice, jobs=jobs, read_cache=read_cache, missing_only=False, console=console
+        definition,
+        cells,
+        settings,
+        directory,
+        choice=choice,
+        jobs=jobs,
+        read_cache=read_cache,
+        missing_only=False,
+        console=console,
     )
 
 
@@ -150,8 +158,8 @@ def default_directory(report: str) -> Path:
 def bless(
     baseline: Path, directory: Path, patterns: Sequence[str], *, reason: str | None = None, dry_run: bool = False
 ) -> list[dict]:
-    """Accept the results of a folder; the rows of the check that were. With `dry_run` nothing is written. Raises EvalsuiteError for
-    bad input, and where something worse lacks a reason."""
+    """Accept the results of a folder; the rows of the check that were. With `dry_run` nothing is written. Raises EvalsuiteError
+    for bad input, and where something worse lacks a reason."""
     if baseline.suffix != ".json":
         raise EvalsuiteError(baseline, f"the extension '{baseline.suffix}'", ".json", "its pictures go beside it, in a folder")
     old = baselines.read(baseline) if baseline.exists() else None
@@ -168,9 +176,7 @@ def bless(
 
 def undo(baseline: Path, *, dry_run: bool = False) -> list[dict]:
     """Bring back the state before the last bless: what each cell becomes."""
-    from evalsuite.gate.bless import undo as bring_back
-
-    before, now = bring_back(baseline, dry_run=dry_run)
+    before, now = blessing.undo(baseline, dry_run)
     was = before.cells if before else {}
     changed = [name for name in {**now.cells, **was} if now.cells.get(name) != was.get(name)]
     return [{"id": name, "was": _said(now.cells.get(name)), "is": _said(was.get(name))} for name in changed]

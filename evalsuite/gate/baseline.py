@@ -36,8 +36,8 @@ FACTS = (
 
 @dataclass(frozen=True)
 class Baseline:
-    """path: the file. cells: id → facts (`FACTS`) and metrics. hosts: name → where a cell was blessed. run: what made the results:
-    report, choice of cells and settings."""
+    """path: the file. cells: id → facts (`FACTS`) and metrics. hosts: name → where a cell was blessed. run: what made the
+    results, choice of cells and settings."""
 
     path: Path
     cells: Mapping[str, Mapping] = field(default_factory=dict)
@@ -101,6 +101,10 @@ def read(path: Path) -> Baseline:
     run, hosts, cells = (data.get(name) for name in ("run", "hosts", "cells"))
     if not all(isinstance(part, dict) for part in (run, hosts, cells)) or not all(isinstance(h, dict) for h in hosts.values()):
         raise EvalsuiteError(path, "no whole file", "run, hosts and cells", "restore it from version control")
+    kinds = {"target_error": float, "cap": int, "seed": int, "size": list, "choice": dict}
+    strange = next((name for name, kind in kinds.items() if not isinstance(run.get(name), kind | int | None)), None)
+    if strange or len(run.get("size") or (0, 0)) != 2:
+        raise EvalsuiteError(f"{path}, run", f"no usable {strange or 'size'}", "what a run was asked for", "bless again")
     for identity, cell in cells.items():
         fault = _fault(cell, hosts)
         if fault:
@@ -116,6 +120,8 @@ def _fault(cell: object, hosts: Mapping) -> str | None:
         return "no host"
     if cell["status"] == "scored" and not all(_hex(cell.get(name)) for name in ("image", "reference")):
         return "no digest"
+    if not isinstance(cell.get("parameters") or {}, dict):
+        return "no whole facts"
     metrics = cell.get("metrics")
     if not isinstance(metrics, dict) or not all(_metric(m) for m in metrics.values()):
         return "no whole metrics"
@@ -131,7 +137,9 @@ def _hex(value: object) -> bool:
 def _metric(value: object) -> bool:
     if not isinstance(value, dict) or not isinstance(value.get("ci95"), list) or len(value["ci95"]) != 2:
         return False
-    return all(n is None or (isinstance(n, int | float) and not isinstance(n, bool)) for n in (value.get("value"), *value["ci95"]))
+    return all(
+        n is None or (isinstance(n, int | float) and not isinstance(n, bool)) for n in (value.get("value"), *value["ci95"])
+    )
 
 
 def rounded(metric: Mapping) -> dict:

@@ -53,7 +53,9 @@ def require_reason(rows: Sequence[Mapping], reason: str | None) -> None:
         raise EvalsuiteError(worse["id"], f"'{worse['verdict']}' without a reason", "--reason TEXT", "say why it is right")
 
 
-def blessed(run: Run, old: Baseline, rows: Sequence[Mapping], reason: str | None, date: str) -> tuple[Baseline, dict[str, Record]]:
+def blessed(
+    run: Run, old: Baseline, rows: Sequence[Mapping], reason: str | None, date: str
+) -> tuple[Baseline, dict[str, Record]]:
     """The baseline with these rows accepted (a missing cell leaves it), and the records of those that are scored."""
     host = {name: value for name, value in (run.results.get("host") or {}).items() if name in HOST and value is not None}
     name = hashlib.sha256(json.dumps(host, sort_keys=True).encode()).hexdigest()[:8]

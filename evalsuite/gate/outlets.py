@@ -40,7 +40,9 @@ def junit(check: Mapping) -> str:
     numbers = {"tests": len(cells), "failures": failures, "errors": errors}
     root = xml.Element("testsuites", _strings({"name": "evalsuite", **numbers}))
     suite = xml.SubElement(
-        root, "testsuite", _strings({"name": check["report"], **numbers, "skipped": sum(skipped), "timestamp": check["created"][:19]})
+        root,
+        "testsuite",
+        _strings({"name": check["report"], **numbers, "skipped": sum(skipped), "timestamp": check["created"][:19]}),
     )
     properties = xml.SubElement(suite, "properties")
     for name, value in {"baseline": check["baseline"], **check["host"]}.items():
@@ -54,9 +56,9 @@ def junit(check: Mapping) -> str:
         elif not row["passed"]:
             kind = "error" if row["verdict"] == "failed" else "failure"
             found = xml.SubElement(case, kind, _strings({"message": row["reason"], "type": row["verdict"]}))
-            found.text = _clean(_details(row))
+            found.text = _clean(details(row))
         elif row["verdict"] != "unchanged":
-            xml.SubElement(case, "system-out").text = _clean(f"{row['verdict']}: {row['reason']}\n{_details(row)}")
+            xml.SubElement(case, "system-out").text = _clean(f"{row['verdict']}: {row['reason']}\n{details(row)}")
     xml.indent(root)
     return '<?xml version="1.0" encoding="utf-8"?>\n' + xml.tostring(root, encoding="unicode") + "\n"
 
@@ -104,7 +106,8 @@ def _percent(metric: Mapping | None) -> str:
     return "" if not metric or metric["value"] is None else f"{100 * metric['value']:.3g} %"
 
 
-def _details(row: Mapping) -> str:
+def details(row: Mapping) -> str:
+    """What a failed cell says below its reason: metrics before and now, the change of the error, what else changed."""
     errors = {name: [_number(m["before"]), _number(m["now"])] for name, m in row["metrics"].items()}
     lines = [f"{name}: {before} → {now}" for name, (before, now) in errors.items()]
     lines += [f"squared error: {change(row)} ({row['basis']})"] if change(row) else []

@@ -157,7 +157,9 @@ def _scored(run: Run, cell: Mapping, baseline: Baseline, renderer: str | None) -
     elif row["basis"] == "identical":
         reason = "the same picture but for the rounding of floats"
     else:
-        reason = f"the picture changed by {row['picture_change']:.2g} of the mean, within {allowed.allowed:g} for {allowed.reason}"
+        reason = (
+            f"the picture changed by {row['picture_change']:.2g} of the mean, within {allowed.allowed:g} for {allowed.reason}"
+        )
     return row | {"verdict": "unchanged", "reason": reason}
 
 
