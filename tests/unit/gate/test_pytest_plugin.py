@@ -8,6 +8,10 @@ from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
+import synthetic  # noqa: F401  NumPy loads once a process: before pytester, which forgets what its runs import
+
+import evalsuite.api
+import evalsuite.gate.bless  # noqa: F401
 
 pytest_plugins = ["pytester"]
 HERE = Path(__file__).resolve().parent
