@@ -26,9 +26,11 @@ def worst(check: Mapping) -> list[Mapping]:
 
 def headline(check: Mapping) -> str:
     """The counts in a sentence."""
-    counts = check["counts"]
+    counts, total = check["counts"], len(check["cells"])
     parts = [f"{counts[name]} {name}" for name in VERDICTS if counts[name]]
-    return f"{'passed' if check['passed'] else 'failed'}: {len(check['cells'])} cells, {', '.join(parts) or 'none'}"
+    return (
+        f"{'passed' if check['passed'] else 'failed'}: {total} {'cell' if total == 1 else 'cells'}, {', '.join(parts) or 'none'}"
+    )
 
 
 def junit(check: Mapping) -> str:

@@ -77,7 +77,7 @@ def test_summary_has_the_ten_worst_first():
 
 def test_summary_of_a_pass_is_a_line():
     text = outlets.markdown(check(row("unchanged", "a")))
-    assert text.strip() == "### ✓ evalsuite check small: passed: 1 cells, 1 unchanged"
+    assert text.strip() == "### ✓ evalsuite check small: passed: 1 cell, 1 unchanged"
     assert "evalsuite bless small" in outlets.markdown(check(row("closer", "a", -0.5)))
 
 
