@@ -135,6 +135,10 @@ def _scored(run: Run, cell: Mapping, baseline: Baseline, renderer: str | None) -
             "verdict": "other truth",
             "reason": "the truth itself changed by more than its noise: scene, light, material, size or Mitsuba plugin",
         }  # fmt: skip
+    same_mask = np.array_equal(inside, record.mask) if record else int(inside.sum()) == old.get("mask_pixels", inside.sum())
+    if not same_mask and allowed.reason == "drift":  # another driver may see a silhouette otherwise
+        pixels = f"{old.get('mask_pixels')} → {int(inside.sum())} pixels"
+        return row | {"verdict": "other measure", "reason": f"the object mask changed: {pixels}"}
     if not same_picture and record is not None:
         found = compare_cell(Blessed(run.directory, {}, run, cell, record), old, run, cell)
         row |= {name: found[name] for name in ("basis", "quantity", "difference", "relative", "disagree")}

@@ -160,6 +160,18 @@ def test_metric_that_says_otherwise_of_the_same_bits_fails(gate, metric):
     assert row["verdict"] == "other measure" and row["reason"].endswith(f": {metric}")
 
 
+@pytest.mark.parametrize("kept", [True, False])
+def test_another_object_mask_is_another_measure(gate, monkeypatch, kept):
+    cells = {"one": (two.picture(0.05), two.reference(0))}
+    gate.bless(cells)
+    if not kept:
+        without_pictures(gate)
+    whole = two.mask()
+    monkeypatch.setattr(two, "mask", lambda: whole & (np.arange(two.SIZE) < 40))
+    assert gate.check(cells)["one"]["verdict"] == "other measure"
+    assert gate.check(cells, host=NVIDIA)["one"]["passed"], "another driver may see a silhouette otherwise"
+
+
 def test_sampled_pictures_carry_their_own_noise(gate, tmp_path):
     """A technique with Monte Carlo noise, drawn with another seed, is not another technique."""
     exact, verdicts = two.reference(0, 0.001), []
