@@ -6,11 +6,13 @@ import datetime
 import json
 import os
 import shlex
+import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 
 from evalsuite import plan as planning
 from evalsuite.commands import run_report
@@ -18,7 +20,7 @@ from evalsuite.compare.run_folder import Run
 from evalsuite.errors import EvalsuiteError
 from evalsuite.gate import baseline as baselines
 from evalsuite.gate import bless as blessing
-from evalsuite.gate import outlets
+from evalsuite.gate import history, outlets
 from evalsuite.gate.baseline import Baseline
 from evalsuite.gate.verdict import CONFIDENCE, VERDICTS, judge
 from evalsuite.pipeline import Settings
@@ -97,6 +99,10 @@ def check(
         "cells": [row | {"wall_s": walls.get(row["id"])} for row in rows],
     }
     write_atomic(directory / "check.json", json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    try:
+        history.append(directory / "history.sqlite", found, _commit())
+    except EvalsuiteError as error:  # a lost line of a trend is no reason to fail a gate
+        console.print(f"warning: {escape(str(error))}", style="yellow", highlight=False, soft_wrap=True)
     if outlets_.junit:
         write_atomic(outlets_.junit, outlets.junit(found))
     if outlets_.summary:
@@ -149,6 +155,15 @@ def _bless_command(report: str, baseline: Path, directory: Path) -> str:
     if directory != default_directory(report):
         words += ["--out", str(directory)]
     return shlex.join(words)
+
+
+def _commit() -> str | None:
+    """Commit of the checkout that the user stands in, with `-dirty` for local changes."""
+    command = ["git", "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
+    try:
+        return subprocess.run(command, capture_output=True, text=True, timeout=10).stdout.strip() or None
+    except (OSError, subprocess.TimeoutExpired):
+        return None
 
 
 def default_directory(report: str) -> Path:
