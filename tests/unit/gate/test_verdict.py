@@ -10,6 +10,7 @@ from synthetic import MESA, NVIDIA, two
 
 from evalsuite.commands_gate import bless
 from evalsuite.gate import tolerance
+from evalsuite.gate.verdict import _within_noise
 from evalsuite.image import exr
 
 
@@ -187,3 +188,21 @@ def test_sampled_pictures_carry_their_own_noise(gate, tmp_path):
         else:
             verdicts.append(gate.judge(folder)["one"]["verdict"])
     assert set(verdicts) == {"inconclusive"}
+
+
+@pytest.mark.parametrize(("gap", "agree"), [(0.0, True), (2.5, True), (3.5, True), (8.0, False)])
+def test_measures_of_other_samples_agree_within_thrice_their_intervals(gap, agree):
+    """Values `gap` half widths apart; widths added, they meet up to six."""
+    a, b = ({"value": v, "ci95": [v - 0.01, v + 0.01]} for v in (0.2, 0.2 + 0.01 * gap))
+    assert _within_noise(a, b) == _within_noise(b, a) == agree
+
+
+def test_measure_of_other_samples_that_says_otherwise_fails(gate):
+    gate.bless({"one": (two.picture(0.05), two.reference(0))})
+    folder = gate.folder({"one": (two.picture(0.05), two.reference(1))}, seed=1)
+    data = json.loads((folder / "results.json").read_text())
+    metric = data["cells"][0]["metrics"]["rel_rmse"]
+    metric |= {"value": 1.2 * metric["value"], "ci95": [1.2 * end for end in metric["ci95"]]}
+    (folder / "results.json").write_text(json.dumps(data))
+    row = gate.judge(folder)["one"]
+    assert row["verdict"] == "other measure" and row["reason"].endswith(": rel_rmse")
