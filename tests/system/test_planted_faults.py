@@ -129,6 +129,7 @@ def test_planted_fault_fails_the_gate(copy, call, fault):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1800)
 def test_without_a_fault_it_passes_with_fresh_references_too(call):
     for seed in range(1, 51):
         done = call("check", "gate.toml", "--seed", seed)
