@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -101,15 +101,45 @@ def read(path: Path) -> Baseline:
     run, hosts, cells = (data.get(name) for name in ("run", "hosts", "cells"))
     if not all(isinstance(part, dict) for part in (run, hosts, cells)) or not all(isinstance(h, dict) for h in hosts.values()):
         raise EvalsuiteError(path, "no whole file", "run, hosts and cells", "restore it from version control")
-    kinds = {"target_error": float, "cap": int, "seed": int, "size": list, "choice": dict}
-    strange = next((name for name, kind in kinds.items() if not isinstance(run.get(name), kind | int | None)), None)
-    if strange or len(run.get("size") or (0, 0)) != 2:
-        raise EvalsuiteError(f"{path}, run", f"no usable {strange or 'size'}", "what a run was asked for", "bless again")
+    strange = next((name for name, value in run.items() if value is not None and not RUN.get(name, _anything)(value)), None)
+    if strange:
+        raise EvalsuiteError(f"{path}, run", f"{strange} = {run[strange]!r}", "what a run can be asked for", "bless again")
     for identity, cell in cells.items():
         fault = _fault(cell, hosts)
         if fault:
             raise EvalsuiteError(f"{path}, {identity}", fault, "a blessed cell", "restore it from version control")
     return Baseline(path, cells, hosts, run)
+
+
+def _anything(value: object) -> bool:
+    return True
+
+
+def _whole(lowest: int, highest: int = 1 << 31) -> Callable[[object], bool]:
+    return lambda value: type(value) is int and lowest <= value <= highest
+
+
+def _choice(value: object) -> bool:
+    if not isinstance(value, dict) or not isinstance(value.get("parameters", {}), dict):
+        return False
+    lists = [value.get(name, []) for name in ("scenes", "techniques", "targets")]
+    values = list(value.get("parameters", {}).values())
+    whole = all(isinstance(one, list) for one in lists + values) and isinstance(value.get("environment", ""), str)
+    return whole and all(isinstance(word, str) for one in lists for word in one) and all(map(_scalars, values))
+
+
+def _scalars(values: list) -> bool:
+    return bool(values) and all(isinstance(value, str | int | float) for value in values)
+
+
+#: What of a run is read, and whether it can be asked for again.
+RUN: Mapping[str, Callable[[object], bool]] = {
+    "target_error": lambda value: isinstance(value, float) and 0 < value < 1,
+    "cap": _whole(32),
+    "size": lambda value: isinstance(value, list) and len(value) == 2 and all(map(_whole(1, 16384), value)),
+    "seed": _whole(0),
+    "choice": _choice,
+}
 
 
 def _fault(cell: object, hosts: Mapping) -> str | None:
