@@ -200,6 +200,7 @@ def run(
         read_cache=not no_cache,
         missing_only=missing_only,
         until_decided=until_decided,
+        choice=choice,
         console=err,
     )
     if as_json:
@@ -214,6 +215,95 @@ def run(
         raise EvalsuiteError(
             worst["id"], worst["message"], "at least one cell that can be scored", "see the page for each cell's reason"
         )
+
+
+@app.command()
+def check(
+    report: Annotated[str, typer.Argument(help="Report name or .toml file.")] = "accuracy",
+    baseline: Annotated[Path | None, typer.Option(help="Default: reports/REPORT.baseline.json, or beside the .toml.")] = None,
+    junit: Annotated[Path | None, typer.Option(metavar="FILE.xml", help="Also write JUnit XML, a test case a cell.")] = None,
+    summary: Annotated[Path | None, typer.Option(metavar="FILE.md", help="Also write the ten worst as Markdown.")] = None,
+    strict: Annotated[bool, typer.Option("--strict", help="Exit code 4 where noise leaves a cell open.")] = False,
+    no_run: Annotated[bool, typer.Option("--no-run", help="Judge the results that the output folder has.")] = False,
+    scene: Annotated[list[str] | None, typer.Option(help="As for `run`; default: as blessed. Repeatable.")] = None,
+    technique: Annotated[
+        list[str] | None, typer.Option("--technique", "-t", help="As for `run`; default: as blessed. Repeatable.")
+    ] = None,
+    param: Param = None,
+    env: Env = None,
+    target: Annotated[list[str] | None, typer.Option(help="As for `run`; default: as blessed. Repeatable.")] = None,
+    quality: Quality = None,
+    target_error: TargetError = None,
+    size: Size = None,
+    out_dir: Annotated[Path | None, typer.Option("--out", help="Output folder; default reports/build/REPORT.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Another seed than the baseline's.")] = None,
+    jobs: Annotated[int | None, typer.Option(help="Comparison processes; default: one a core.")] = None,
+    no_cache: NoCache = False,
+    repair_env: RepairEnv = False,
+    no_ledger: Annotated[bool, typer.Option("--no-ledger", help="Do not split errors by cause: quicker.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Hold a report against its blessed baseline; exit code 1 where a cell is further from the truth, missing or failed."""
+    from evalsuite import commands_gate as gate
+    from evalsuite import plan as planning
+    from evalsuite.gate import outlets
+
+    error = _error(quality, target_error) if quality or target_error is not None else None
+    choice = planning.Choice(scene or (), technique or (), env, target or (), planning.parse_parameters(param or []))
+    found = gate.check(
+        report,
+        baseline or gate.baseline_path(report),
+        gate.Asked(choice, error, _size(size), seed, repair_env, no_ledger),
+        out_dir or gate.default_directory(report),
+        gate.Outlets(junit, summary),
+        strict=strict,
+        render=not no_run,
+        jobs=jobs,
+        read_cache=not no_cache,
+        console=err,
+    )
+    if os.environ.get("GITHUB_ACTIONS") == "true":
+        for line in outlets.annotations(found):
+            print(line, file=sys.stderr)  # the runner reads both streams
+    if as_json:
+        _print_json(found)
+    else:
+        rows = [{"verdict": r["verdict"], "cell": r["id"], "why": r["reason"]} for r in outlets.worst(found)]
+        if rows:
+            _print_table(rows, ["verdict", "cell", "why"])
+        print(outlets.headline(found))
+        if any(r["verdict"] == "closer" or not r["passed"] for r in found["cells"]):
+            print(f"to accept: {found['bless']} CELL … [--reason TEXT]")
+    raise typer.Exit(found["exit_code"])
+
+
+@app.command()
+def bless(
+    report: Annotated[str, typer.Argument(help="Report name or .toml file.")] = "accuracy",
+    cells: Annotated[list[str] | None, typer.Argument(metavar="[CELL]…", help="Ids or globs; default: all scored.")] = None,
+    baseline: Annotated[Path | None, typer.Option(help="Default: reports/REPORT.baseline.json, or beside the .toml.")] = None,
+    out_dir: Annotated[Path | None, typer.Option("--out", help="Folder of the results; default reports/build/REPORT.")] = None,
+    reason: Annotated[str | None, typer.Option(help="Why; needed for what is further from the truth.")] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what would change.")] = False,
+    undo: Annotated[bool, typer.Option("--undo", help="Bring back the baseline before the last bless.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Accept the last run's results as the baseline, cell by cell."""
+    from evalsuite import commands_gate as gate
+
+    file = baseline or gate.baseline_path(report)
+    if undo and cells:
+        raise EvalsuiteError("--undo", f"the cell '{cells[0]}'", "no cells: the whole last bless is undone")
+    if undo:
+        rows = gate.undo(file, dry_run=dry_run)
+        _print_json(rows) if as_json else _print_table(rows, ["id", "was", "is"])
+    else:
+        rows = gate.bless(file, out_dir or gate.default_directory(report), cells or [], reason=reason, dry_run=dry_run)
+        shown = [{"was": row["verdict"], "cell": row["id"], "why": row["reason"]} for row in rows]
+        _print_json(rows) if as_json else _print_table(shown, ["was", "cell", "why"])
+    if not as_json:
+        done = "would be changed" if dry_run else "changed"
+        print(f"{len(rows)} {'cell' if len(rows) == 1 else 'cells'} {done}\n{file}")
 
 
 @app.command()

@@ -23,7 +23,7 @@ from evalsuite.execute.local import Lane, Workers
 from evalsuite.image import exr
 from evalsuite.pipeline import Progress as Told
 from evalsuite.pipeline import Run, Settings, reproduce, run_cells
-from evalsuite.plan import Cell, Report
+from evalsuite.plan import Cell, Choice, Report, choice_to_json
 from evalsuite.scene import builtin
 from evalsuite.store import results as store_results
 from evalsuite.store.cache import Store, write_atomic
@@ -39,6 +39,7 @@ def run_report(
     read_cache: bool,
     missing_only: bool,
     until_decided: bool = False,
+    choice: Choice | None = None,
     console: Console,
 ) -> dict:
     """Make the cells, write results.json and the page into `directory`; returns the results."""
@@ -64,6 +65,7 @@ def run_report(
             "description": report.description,
             "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
             "host": run.host() | {"git": _git()},
+            "run": _asked(settings, choice or Choice()),
             "comparisons": comparisons,
             **run.findings(made),
         }
@@ -72,6 +74,14 @@ def run_report(
     results = store_results.write(directory, header, made)
     page.write(results, directory)
     return results
+
+
+def _asked(settings: Settings, choice: Choice) -> dict:
+    """What a run was asked for, so that `evalsuite check` can ask for the same."""
+    size = list(settings.size) if settings.size else None
+    stated = {"target_error": settings.target_error, "cap": settings.cap, "size": size, "seed": settings.seed}
+    stated |= {"repair_env": settings.repair_environment, "ledger": settings.ledger}
+    return {**stated, "choice": choice_to_json(choice)}
 
 
 @contextmanager

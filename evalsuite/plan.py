@@ -123,6 +123,18 @@ class Choice:
     headroom: bool = False
 
 
+def choice_to_json(choice: Choice) -> dict[str, object]:
+    """What of a choice is not as in the report, as plain JSON."""
+    return {name: value for name, value in vars(choice).items() if value}
+
+
+def choice_from_json(data: Mapping) -> Choice:
+    """A choice that `choice_to_json` gave."""
+    made = {name: tuple(data.get(name) or ()) for name in ("scenes", "techniques", "targets")}
+    parameters = {name: tuple(values) for name, values in (data.get("parameters") or {}).items()}
+    return Choice(**made, environment=data.get("environment"), parameters=parameters, headroom=bool(data.get("headroom")))
+
+
 def format_value(value: Value) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 

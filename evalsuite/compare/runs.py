@@ -39,7 +39,7 @@ def compare_runs(a: Run, b: Run) -> dict:
     """`cells`, `only_a`, `only_b`, `counts` and `changes` of comparison.json (docs/compare-runs.md). Raises EvalsuiteError for
     pictures that cannot be read."""
     first, second = a.cells, b.cells
-    cells = [_cell(a, first[name], b, cell) for name, cell in second.items() if name in first]
+    cells = [compare_cell(a, first[name], b, cell) for name, cell in second.items() if name in first]
     return {
         "counts": {verdict: sum(cell["verdict"] == verdict for cell in cells) for verdict in VERDICTS},
         "only_a": [name for name in first if name not in second],
@@ -49,7 +49,8 @@ def compare_runs(a: Run, b: Run) -> dict:
     }
 
 
-def _cell(run_a: Run, a: Mapping, run_b: Run, b: Mapping) -> dict:
+def compare_cell(run_a: Run, a: Mapping, run_b: Run, b: Mapping) -> dict:
+    """One cell of comparison.json. Raises EvalsuiteError for pictures that cannot be read."""
     row = {name: b.get(name) for name in ("id", "scene", "environment", "technique", "parameters", "target")}
     row |= {
         "changes": changes(a, b),
@@ -90,15 +91,15 @@ def _decide(run_a: Run, a: Mapping, run_b: Run, b: Mapping) -> tuple[str, str, M
     masks = run_a.picture(a, "mask"), run_b.picture(b, "mask")
     noises = (run.picture(cell, "image_standard_error", optional=True) for run, cell in ((run_a, a), (run_b, b)))
     if len({picture.shape for picture in (*images, *means, *sigmas, *masks)}) > 1:
-        return *_apart(a, b, "rel_rmse"), "another size"
+        return *apart(a, b, "rel_rmse"), "another size"
     inside = (masks[0][..., 0] > 0.5) & (masks[1][..., 0] > 0.5)
     if not inside.any():
-        return *_apart(a, b, "rel_rmse"), "no pixel in common"
+        return *apart(a, b, "rel_rmse"), "no pixel in common"
     # Seeds of the signs that are drawn: no two pictures have one noise, but for a reference that is the same.
     truths = [noisy_picture(mean, sigma, seed)[inside] for seed, mean, sigma in zip((0, 3), means, sigmas, strict=True)]
     same = all(np.array_equal(*pair) for pair in (means, sigmas))
-    if not same and _another(*truths):
-        return *_apart(a, b, "rel_rmse"), "another truth"
+    if not same and another(*truths):
+        return *apart(a, b, "rel_rmse"), "another truth"
     reference = "same" if same else "other samples"
     pictures = [
         noisy_picture(image, noise, seed)[inside] for seed, (image, noise) in enumerate(zip(images, noises, strict=True), 1)
@@ -109,17 +110,17 @@ def _decide(run_a: Run, a: Mapping, run_b: Run, b: Mapping) -> tuple[str, str, M
         return "identical", "mse", Metric(0.0, (0.0, 0.0)), reference
     if same:
         return "paired", "mse", decide.difference(*pictures, truths[0]), reference
-    return *_apart(a, b, "mse"), reference
+    return *apart(a, b, "mse"), reference
 
 
-def _another(first: Noisy, second: Noisy) -> bool:
+def another(first: Noisy, second: Noisy) -> bool:
     """Whether two references differ by more than their noise: their mean squared difference, freed of it, is above 0."""
     found = mean_square(first, second)
     return found.value > BEYOND * (found.ci95[1] - found.value)
 
 
-def _apart(a: Mapping, b: Mapping, metric: str) -> tuple[str, str, Metric]:
-    """(basis, quantity, difference b − a) from each side's own interval."""
+def apart(a: Mapping, b: Mapping, metric: str) -> tuple[str, str, Metric]:
+    """(basis, quantity, difference b − a) from each side's own interval; metric: `mse`, or `rel_rmse` for its square."""
     power = 2 if metric == "rel_rmse" else 1
     (va, la, ua), (vb, lb, ub) = (_ends((cell.get("metrics") or {}).get(metric), power) for cell in (a, b))
     alike = a.get("seed") == b.get("seed")

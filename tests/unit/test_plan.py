@@ -1,5 +1,7 @@
 """Report definition and command line → cells."""
 
+import json
+
 import pytest
 
 from evalsuite import plan as planning
@@ -92,3 +94,9 @@ def test_a_bad_definition_says_where(tmp_path, text, expected):
     with pytest.raises(EvalsuiteError, match=expected) as caught:
         load_report(str(tmp_path / "r.toml"))
     assert "r.toml" in str(caught.value)
+
+
+def test_choice_survives_json():
+    choice = Choice(("a.xml",), ("my.glsl", "glossy-*"), "office", ("direct",), {"exponent": (1, 2.5), "per": ("pixel",)}, True)
+    assert planning.choice_from_json(json.loads(json.dumps(planning.choice_to_json(choice)))) == choice
+    assert planning.choice_to_json(Choice()) == {} and planning.choice_from_json({}) == Choice()
