@@ -29,16 +29,16 @@ Array = NDArray[np.float32]
 
 
 def rounded(name: str, picture: Array, mask: Array | None = None, bits: int = MOST) -> Array:
-    """A picture as it is kept. picture: (H, W, 3) or (H, W). mask: (H, W), 1 where the object is scored, for a rung. bits: of
+    """A picture as it is kept. picture: (H, W, 3) or (H, W). mask: (H, W), 1 where the object is scored, for differences. bits: of
     radiance (`rounding.bits_for`).
 
     Radiance to about a 32nd of the reference's standard error, but to 2⁻¹⁵, relative, where that is more; standard errors,
-    which are estimates themselves, to 3 %; the error and the ledger's rungs are means over the channels, the error to 0.8 %, a
-    rung to a 64th of its 99th percentile and 0 outside the mask; FLIP to 1/512."""
+    which are estimates themselves, and the error to 3 %; the ledger's rungs, means over the channels, to a 64th of their 99th
+    percentile; both differences are 0 outside the mask. FLIP to 1/512."""
     if name in ("standard_error", "image_standard_error"):
         return significant(picture, 4)
     if name == "error":
-        return significant(_mean(picture), 6)
+        return significant(picture if mask is None else np.where(mask[..., None] > 0.5, picture, 0.0), 4)
     if name == "flip":
         return stepped(picture, 1 / 256)
     if _RUNG.fullmatch(name):
@@ -86,7 +86,7 @@ def _task(name: str, files: Mapping[str, Path], target: Path) -> Callable[[], No
         stamp = source.stat().st_mtime_ns + VERSION
         if target.exists() and target.stat().st_mtime_ns == stamp:
             return
-        mask = _read(files["mask"]) if _RUNG.fullmatch(name) and "mask" in files else None
+        mask = _read(files["mask"]) if (name == "error" or _RUNG.fullmatch(name)) and "mask" in files else None
         radiance = name in ("image", "reference") or _TRUTH.fullmatch(name)
         # Another truth is another cell's reference, with its own noise beside it in the store.
         its_own = {"reference": source, "standard_error": source.with_name("standard_error.exr")}
