@@ -29,8 +29,8 @@ Array = NDArray[np.float32]
 
 
 def rounded(name: str, picture: Array, mask: Array | None = None, bits: int = MOST) -> Array:
-    """A picture as it is kept. picture: (H, W, 3) or (H, W). mask: (H, W), 1 where the object is scored, for differences. bits: of
-    radiance (`rounding.bits_for`).
+    """A picture as it is kept. picture: (H, W, 3) or (H, W). mask: (H, W), 1 where the object is scored, for differences. bits:
+    of radiance (`rounding.bits_for`).
 
     Radiance to about a 32nd of the reference's standard error, but to 2⁻¹⁵, relative, where that is more; standard errors,
     which are estimates themselves, and the error to 3 %; the ledger's rungs, means over the channels, to a 64th of their 99th
