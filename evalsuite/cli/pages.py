@@ -1,0 +1,87 @@
+"""What was made: figures, open, serve, export."""
+
+from __future__ import annotations
+
+import contextlib
+import webbrowser
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from evalsuite.cli.app import (
+    Json,
+    app,
+    err,
+    print_json,
+)
+from evalsuite.errors import EvalsuiteError
+
+
+@app.command()
+def figures(
+    ids: Annotated[
+        list[str] | None, typer.Argument(metavar="[ID]…", help="Ids from `evalsuite list figures`; default: all.")
+    ] = None,
+    out_dir: Annotated[Path, typer.Option("--out", help="Folder for ID.png, ID.pdf and ID.json.")] = Path(
+        "reports/build/figures"
+    ),
+    as_json: Json = False,
+) -> None:
+    """Draw the papers' figures, with the measured numbers beside."""
+    from evalsuite.commands import make_figures
+
+    with err.status("drawing"):
+        made = make_figures(ids or [], out_dir)
+    if as_json:
+        print_json([numbers for _, numbers in made])
+        return
+    for paths, _ in made:
+        print(*paths, sep="\n")
+
+
+def _folder(report: str) -> Path:
+    """The folder of a report's page, by the report's name or as a folder."""
+    directory = Path(report) if Path(report).is_dir() else Path("reports", "build", report)
+    if not (directory / "index.html").is_file():
+        raise EvalsuiteError(
+            directory / "index.html", "no such file", "the page of an earlier run", f"type `evalsuite run {report}` first"
+        )
+    return directory
+
+
+@app.command("open")
+def open_page(report: Annotated[str, typer.Argument(help="Report name or output folder.")] = "accuracy") -> None:
+    """Open a report's page in the browser."""
+    page = _folder(report) / "index.html"
+    webbrowser.open(page.resolve().as_uri())
+    print(page)
+
+
+@app.command()
+def serve(
+    report: Annotated[str, typer.Argument(help="Report name or output folder.")] = "accuracy",
+    port: Annotated[int, typer.Option(help="Port on 127.0.0.1; 0 takes any free one.")] = 8000,
+) -> None:
+    """Serve a report's page to this machine's browsers, until Ctrl+C."""
+    from evalsuite.report import serving
+
+    with serving.server(_folder(report), port) as server:
+        print(f"http://{serving.ADDRESS}:{server.server_port}/", flush=True)
+        with contextlib.suppress(KeyboardInterrupt):
+            server.serve_forever()
+
+
+@app.command()
+def export(
+    report: Annotated[str, typer.Argument(help="Report name or output folder.")],
+    cells: Annotated[
+        list[str] | None, typer.Argument(help="Ids of cells, globs too; all without one.", metavar="[CELL]...")
+    ] = None,
+    single_file: Annotated[Path, typer.Option("--single-file", help="The HTML file to write.")] = ...,
+) -> None:
+    """Write chosen cells of a finished report as one HTML file that holds all it shows."""
+    from evalsuite.report import single
+
+    done = single.write(_folder(report), cells or [], single_file)
+    print(f"{single_file}: {len(done)} cell{'s' * (len(done) != 1)}, {single_file.stat().st_size / 1e6:.1f} MB")
