@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from evalsuite.compare.comparison import Comparison
 from evalsuite.compare.run_folder import Run
+from evalsuite.image.rounding import bits_in
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,9 @@ class Pictures(Run):
     def picture(self, cell: Mapping, name: str, optional: bool = False) -> NDArray[np.float64] | None:
         found = self.pictures.get(name)
         return None if found is None else found.astype(np.float64)
+
+    def step(self, cell: Mapping) -> float:
+        return 2.0 ** -bits_in(self.pictures["image"])
 
 
 def run_of(

@@ -24,6 +24,12 @@ def significant(array: ArrayLike, bits: int) -> NDArray[np.float32]:
     return np.where(np.isfinite(values) & np.isfinite(rounded), rounded, values)
 
 
+def bits_in(array: ArrayLike) -> int:
+    """Bits after the leading one, 0 to 23, that the values of floats use: what `significant` was given, or fewer."""
+    used = int(np.bitwise_or.reduce(np.ascontiguousarray(array, np.float32).view(np.uint32), axis=None)) & 0x7FFFFF
+    return 23 - (used & -used).bit_length() + 1 if used else 0
+
+
 def bits_for(reference: NDArray, sigma: NDArray | None) -> int:
     """Bits of radiance for a reference and what is held against it: steps of about a 16th of its standard error, so that rounding
     adds nothing to the noise."""

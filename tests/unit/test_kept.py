@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from evalsuite.image import exr
-from evalsuite.image.rounding import MOST, bits_for, significant, stepped
+from evalsuite.image.rounding import MOST, bits_for, bits_in, significant, stepped
 from evalsuite.store import kept, results
 
 rng = np.random.default_rng(5)
@@ -42,6 +42,7 @@ def test_significant_digits(bits):
     np.testing.assert_array_equal(found[~finite], values[~finite])
     np.testing.assert_array_equal(significant(found, bits), found)
     assert np.isnan(significant([np.nan], bits)).all() and significant([3.4e38], bits)[0] > 3.3e38
+    assert bits_in(found[finite]) == bits
     mantissa, _ = np.frexp(found[finite].astype(np.float64))
     np.testing.assert_array_equal(mantissa * 2.0 ** (bits + 1) % 1, 0)
 
