@@ -39,8 +39,9 @@ def direction_to_disc(directions: ArrayLike) -> tuple[Float, Float]:
     d = d / np.linalg.norm(d, axis=-1, keepdims=True)
     z, side = d[..., 2], np.hypot(d[..., 0], d[..., 1])
     front = 1.0 / np.sqrt(2.0 * np.maximum(1.0 + z, 0.5))
-    scale = np.where(z > 0, front, np.sqrt(0.5 * (1.0 - z)) / np.where(side > 0, side, 1.0))
-    singular = (side == 0) & (z < 0)
+    beside = side > 1e-300  # the reciprocal of less has no number
+    scale = np.where(z > 0, front, np.sqrt(0.5 * (1.0 - z)) / np.where(beside, side, 1.0))
+    singular = ~beside & (z < 0)
     return d[..., 0] * scale, np.where(singular, -1.0, d[..., 1] * scale)
 
 

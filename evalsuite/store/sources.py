@@ -7,6 +7,7 @@ import ast
 from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
+from threading import Lock
 
 from evalsuite.store.cache import SHADERS
 
@@ -44,10 +45,15 @@ def module_files(module: Path) -> list[Path]:
     return sorted(found)
 
 
+#: CPython 3.11's parser counts its depth for all threads together: two at once can end in a SystemError.
+_PARSER = Lock()
+
+
 @lru_cache(maxsize=512)
 def _named_in(module: Path) -> tuple[Path, ...]:
     """Modules of gpu, math and lights that a module imports, and shaders: of its own stem, and those whose names it holds."""
-    tree = ast.parse(module.read_text(encoding="utf-8"))
+    with _PARSER:
+        tree = ast.parse(module.read_text(encoding="utf-8"))
     found = {module.with_suffix(suffix) for suffix in SHADERS}
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module and node.level == 0:

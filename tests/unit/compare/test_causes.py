@@ -41,12 +41,10 @@ def test_shares_are_averaged_over_cells_whose_error_is_beyond_noise():
     assert "lobe costs most, 80%" in sentence(x) and "most in b (90%)" in sentence(x)
 
 
-def test_bars_lie_side_by_side_on_one_scale():
+def test_section_has_a_row_a_technique_and_a_colour_a_cause():
     shown = page.section({"causes": causes(CELLS)})
-    x, y, z = shown["rows"]
-    assert x["bars"][0]["x"] == pytest.approx(shown["zero"])
-    assert x["bars"][1]["x"] == pytest.approx(x["bars"][0]["x"] + x["bars"][0]["width"])
-    assert x["bars"][1]["x"] + x["bars"][1]["width"] == pytest.approx(shown["one"])
-    less = next(bar for bar in y["bars"] if bar["label"].startswith("lobe"))
-    assert less["x"] + less["width"] == pytest.approx(shown["zero"]) and less["x"] >= -1e-9
-    assert z["bars"] == [] and page.section({"causes": []}) is None
+    assert [row["technique"] for row in shown["rows"]] == ["x", "y", "z"]
+    assert set(shown["colours"]) == {"lobe", "kernel"} and len(set(shown["colours"].values())) == 2
+    assert shown["colours"]["lobe"] == page.COLOURS["lobe"]
+    assert "lobe costs most, 80%" in shown["sentence"] and "no error beyond" not in shown["sentence"]
+    assert page.section({"causes": []}) is None
