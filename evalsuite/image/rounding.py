@@ -39,10 +39,9 @@ def bits_for(reference: NDArray, sigma: NDArray | None) -> int:
     return int(np.clip(np.round(-np.log2(noise / 16)), FEWEST, MOST))
 
 
-def stepped(array: ArrayLike, step: float) -> NDArray[np.float32]:
-    """Multiples of the largest power of two that is at most `step`, to nearest; as it is for a step of 0."""
-    values = np.asarray(array, np.float32)
-    if not step > 0:
-        return values
-    power = np.float32(2.0 ** np.floor(np.log2(step)))
-    return np.round(values / power) * power
+def stepped(array: ArrayLike, step: ArrayLike) -> NDArray[np.float32]:
+    """Multiples of the largest power of two that is at most `step`, a number or one a value, to nearest; as it is for a step
+    of 0."""
+    values, step = np.asarray(array, np.float32), np.asarray(step, np.float32)
+    power = np.where(step > 0, 2.0 ** np.floor(np.log2(np.where(step > 0, step, 1))), 1).astype(np.float32)
+    return np.where(step > 0, np.round(values / power) * power, values)

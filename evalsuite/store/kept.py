@@ -18,7 +18,7 @@ from evalsuite.image.rounding import BITS, MOST, bits_for, significant, stepped
 from evalsuite.store.cache import file_digest
 
 #: Changes when pictures are kept in another way: a file with another stamp is written anew.
-VERSION = 1
+VERSION = 2
 #: Pictures that all cells of a reference share.
 SHARED = ("reference", "standard_error")
 #: (image − reference) / (reference + ε) and |error| in standard errors follow from the others.
@@ -28,17 +28,18 @@ _RUNG, _TRUTH = re.compile(r"rung-\d+"), re.compile(r"target-.+")
 Array = NDArray[np.float32]
 
 
-def rounded(name: str, picture: Array, mask: Array | None = None, bits: int = MOST) -> Array:
+def rounded(name: str, picture: Array, mask: Array | None = None, bits: int = MOST, sigma: Array | None = None) -> Array:
     """A picture as it is kept. picture: (H, W, 3) or (H, W). mask: (H, W), 1 where the object is scored, for differences. bits:
-    of radiance (`rounding.bits_for`).
+    of radiance (`rounding.bits_for`). sigma: (H, W, 3), the reference's standard error, for the error.
 
     Radiance to about a 32nd of the reference's standard error, but to 2⁻¹⁵, relative, where that is more; standard errors,
-    which are estimates themselves, and the error to 3 %; the ledger's rungs, means over the channels, to a 64th of their 99th
+    which are estimates themselves, to 3 %; the error to 3 % or a quarter of a standard error; the ledger's rungs, means over the channels, to a 64th of their 99th
     percentile; both differences are 0 outside the mask. FLIP to 1/512."""
     if name in ("standard_error", "image_standard_error"):
         return significant(picture, 4)
     if name == "error":
-        return significant(picture if mask is None else np.where(mask[..., None] > 0.5, picture, 0.0), 4)
+        inside = picture if mask is None else np.where(mask[..., None] > 0.5, picture, 0.0)
+        return significant(inside if sigma is None else stepped(inside, sigma / 2), 4)
     if name == "flip":
         return stepped(picture, 1 / 256)
     if _RUNG.fullmatch(name):
@@ -91,7 +92,8 @@ def _task(name: str, files: Mapping[str, Path], target: Path) -> Callable[[], No
         # Another truth is another cell's reference, with its own noise beside it in the store.
         its_own = {"reference": source, "standard_error": source.with_name("standard_error.exr")}
         bits = _bits(its_own if _TRUTH.fullmatch(name) else files) if radiance else MOST
-        picture = rounded(name, _read(source), mask, bits)
+        sigma = _read(files["standard_error"]) if name == "error" and "standard_error" in files else None
+        picture = rounded(name, _read(source), mask, bits, sigma)
         header = {BITS: bits} if radiance else {}
         exr.write(target, picture, header, compression="HALF" if _fits_half(picture) else "PXR24")
         os.utime(target, ns=(stamp, stamp))
