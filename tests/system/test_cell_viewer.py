@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import io
+
+import imageio.v3 as iio
 import numpy as np
 import pytest
-from cell_pages import browser, decoded, encoded, marks, open_cell, original, report_folder, sampled, screen, where_is  # noqa: F401
+from cell_pages import SIZE, browser, decoded, encoded, marks, open_cell, original, report_folder, sampled, screen, where_is  # noqa: F401
 
 from evalsuite.compare import regions
 from evalsuite.report import scales
+from evalsuite.store.results import slug
 
 pytestmark = marks
 NAMES = ("image", "reference", "target-direct", "error", "relative", "zscore", "flip", "rung-0", "rung-1", "regions")
@@ -183,3 +187,27 @@ def test_keys_are_listed(open_cell):  # noqa: F811
     assert not page.locator(".keys dl").is_visible()
     page.keyboard.press("?")
     assert page.locator(".keys dl").is_visible() and "half a stop" in page.locator(".keys").inner_text()
+
+
+NO_WEBGL = """const get = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (kind, ...rest) { return /webgl/.test(kind) ? null : get.call(this, kind, ...rest); };"""
+
+
+def test_without_webgl_the_previews_stand_in(browser, report_folder):  # noqa: F811
+    directory, results = report_folder
+    name = slug(results["cells"][1]["id"])
+    page = browser.new_page(viewport={"width": 1440, "height": 1000})
+    page.add_init_script(NO_WEBGL)
+    page.goto((directory / "cells" / f"{name}.html").as_uri())
+    for index in (1, 3, 0):
+        page.locator(".strip button").nth(index).click()
+        assert page.locator(".strip button[aria-pressed=true]").get_attribute("data-index") == str(index)
+        page.locator(".still").evaluate("still => still.decode()")
+        shot = iio.imread(io.BytesIO(page.locator(".still").screenshot()))[..., :3] / 255
+        height, width = shot.shape[:2]
+        middles = ((np.arange(SIZE) + 0.5 - SIZE / 2) * min(width, height) / SIZE).astype(int)
+        seen = shot[np.ix_(height // 2 + middles, width // 2 + middles)]
+        wanted = iio.imread(directory / "cells" / name / f"{NAMES[index]}.webp")[..., :3] / 255
+        assert np.median(np.abs(seen - wanted)) < 0.01 and np.mean(np.abs(seen - wanted).max(-1) > 0.1) < 0.05
+    assert "no WebGL 2" in page.locator(".loading").inner_text() and page.locator(".tools").is_hidden()
+    page.close()

@@ -31,8 +31,36 @@
   }
 
   // ---- pictures ----
+  // A virtual machine, a hardened browser: FlipBook would stay black there without a word.
+  function drawable() {
+    const context = document.createElement("canvas").getContext("webgl2");
+    context?.getExtension("WEBGL_lose_context")?.loseContext();
+    return context !== null;
+  }
+
+  // The previews in the viewer's place, chosen in the strip.
+  function stills() {
+    const buttons = [...section.querySelectorAll(".strip button")];
+    const still = document.createElement("img");
+    still.className = "still";
+    box.prepend(still);
+    const show = (index) => {
+      const preview = buttons[index].querySelector("img");
+      still.src = preview.src;
+      still.alt = preview.alt;
+      buttons.forEach((button, i) => button.setAttribute("aria-pressed", String(i === index)));
+    };
+    buttons.forEach((button, i) => button.addEventListener("click", () => show(i)));
+    show(0);
+  }
+
   async function load() {
     const loading = box.querySelector(".loading");
+    if (!drawable()) {
+      stills();
+      loading.textContent = "This browser offers no WebGL 2: previews only. The run's EXR files open in tev and others.";
+      return;
+    }
     try {
       const data = await pixels.load(section);
       const host = document.createElement("div");
