@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from bokeh.core.properties import value
@@ -12,9 +13,10 @@ from bokeh.palettes import Cividis256
 from numpy.typing import NDArray
 
 from evalsuite.compare.envelopes import Contender, Plane, logarithmic
-from evalsuite.report import plots
+from evalsuite.report import plots, territories
 from evalsuite.report.numbers import measured
 from evalsuite.report.scales import Scale
+from evalsuite.report.territories import Territory
 
 Float = NDArray[np.float64]
 
@@ -28,13 +30,7 @@ def panels(plane: Plane, levels: Float, names: Mapping[str, str]) -> list[dict]:
     palette = _palette(levels)
     made = []
     for one in plane.contenders:
-        x, y = (("log" if logarithmic(v) else "linear") for v in (plane.xs, plane.ys))
-        plot = plots.blank(x, y, height=260, title=one.label)
-        plot.toolbar.autohide = True
-        plot.xaxis.axis_label, plot.yaxis.axis_label = names.get(plane.x, plane.x), names.get(plane.y, plane.y)
-        for values, axis in ((plane.xs, plot.xaxis), (plane.ys, plot.yaxis)):
-            axis.ticker = FixedTicker(ticks=values.tolist())
-            axis.major_label_overrides = {float(v): f"{v:g}" for v in values}
+        plot = _plane(plane, names, height=260, title=one.label)
         bands = np.digitize(_between(plane, one), levels[1:-1]).astype(np.uint8)
         low, high = (plane.xs[0], plane.ys[0]), (plane.xs[-1], plane.ys[-1])
         mapper = LinearColorMapper(palette=palette, low=-0.5, high=len(palette) - 0.5)
@@ -56,6 +52,67 @@ def scale(levels: Float) -> Scale:
     shown = list(zip(at, levels, strict=True))[:: 1 + len(levels) // 9]
     ticks = tuple((float(a), f"{100 * v:.3g} %") for a, v in shown)
     return Scale(tuple(stops), ticks, "relative RMSE against the technique's own truth; beyond the ends the end colours")
+
+
+def winner(one: Territory, values: Mapping[str, float], colours: Mapping[str, str], names: Mapping[str, str]) -> dict:
+    """Who is best where: the best one's colour, striped where another's 95 % interval overlaps; crossovers with their intervals,
+    hollow where undecided; the measured points with all errors on hovering. values: of the axes that are not drawn."""
+    plane = one.plane
+    plot = _plane(plane, names, height=320, title=", ".join(f"{names.get(name, name)} {v:g}" for name, v in values.items()))
+    pixels = np.zeros((territories.FINE, territories.FINE, 4), np.uint8)
+    for k, member in enumerate(one.members):
+        code = colours[member.technique]
+        pixels[one.best == k] = [*(int(code[i : i + 2], 16) for i in (1, 3, 5)), 215]
+    stripes = np.add.outer(np.arange(territories.FINE), np.arange(territories.FINE)) % 8 < 3
+    pixels[one.undecided & stripes, 3] = 90
+    low, size = (plane.xs[0], plane.ys[0]), (plane.xs[-1] - plane.xs[0], plane.ys[-1] - plane.ys[0])
+    plot.image_rgba([pixels.view(np.uint32)[..., 0]], x=low[0], y=low[1], dw=size[0], dh=size[1])
+    known = np.logical_or.reduce([np.isfinite(c.value) for c in one.members])
+    marks = [plot.scatter("x", "y", source=_standings(one, known), size=6, fill_color="white", line_color="black")]
+    for decided in (True, False):
+        at = [c for c in one.crossings() if c.decided is decided]
+        ends = [{"value": c.value, "ci95": [c.low, c.high]} for c in at]
+        source = ColumnDataSource({
+            "x": [c.value for c in at], "y": [c.y for c in at], "x0": [c.low for c in at], "x1": [c.high for c in at],
+            "says": [f"{c.a.label} = {c.b.label} at {measured(end)}" + ("" if decided else ", undecided")
+                     for c, end in zip(at, ends, strict=True)],
+        })  # fmt: skip
+        plot.segment(
+            "x0", "y", "x1", "y", source=source, line_color="black", line_width=2.2, line_dash="solid" if decided else "dotted"
+        )
+        marks.append(plot.scatter("x", "y", source=source, size=8, marker="diamond", line_color="black",
+                                  fill_color="black" if decided else "white"))  # fmt: skip
+    plot.add_tools(
+        HoverTool(
+            renderers=marks, tooltips=[("", "@says"), (names.get(plane.x, plane.x), "@x"), (names.get(plane.y, plane.y), "@y")]
+        )
+    )
+    return plots.item(plot)
+
+
+def _standings(one: Territory, known: NDArray[np.bool_]) -> ColumnDataSource:
+    xs, ys = np.meshgrid(one.plane.xs, one.plane.ys)
+
+    def says(j: int, i: int) -> str:
+        ranked = sorted((c for c in one.members if np.isfinite(c.value[j, i])), key=lambda c: c.value[j, i])
+        high = (float(c.high[j, i]) for c in ranked)
+        ends = [[float(c.low[j, i]), h if math.isfinite(h) else None] for c, h in zip(ranked, high, strict=True)]
+        return "; ".join(
+            f"{c.label} {measured({'value': float(c.value[j, i]), 'ci95': e}, '%')}" for c, e in zip(ranked, ends, strict=True)
+        )
+
+    return ColumnDataSource({"x": xs[known].tolist(), "y": ys[known].tolist(), "says": [says(*at) for at in np.argwhere(known)]})
+
+
+def _plane(plane: Plane, names: Mapping[str, str], **given: Any) -> Any:
+    """A figure with the plane's axes, ticked at the measured points."""
+    plot = plots.blank(*("log" if logarithmic(v) else "linear" for v in (plane.xs, plane.ys)), **given)
+    plot.toolbar.autohide = True
+    plot.xaxis.axis_label, plot.yaxis.axis_label = names.get(plane.x, plane.x), names.get(plane.y, plane.y)
+    for values, axis in ((plane.xs, plot.xaxis), (plane.ys, plot.yaxis)):
+        axis.ticker = FixedTicker(ticks=values.tolist())
+        axis.major_label_overrides = {float(v): f"{v:g}" for v in values}
+    return plot
 
 
 def front(entry: Mapping, colours: Mapping[str, str], cost: str) -> dict:

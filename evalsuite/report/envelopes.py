@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evalsuite.compare import crossover, envelopes
+from evalsuite.compare import envelopes
 from evalsuite.compare.envelopes import Contender, Plane, logarithmic
 from evalsuite.image.files import replacing
-from evalsuite.report import envelope_plots
+from evalsuite.report import envelope_plots, territories
 from evalsuite.report.figures import style
 from evalsuite.report.scales import Scale
+from evalsuite.report.territories import Territory, fine, interpolate
 
 Float = NDArray[np.float64]
 
@@ -28,8 +29,6 @@ AXES = {
     "face_size": "face size [texels]",
 }
 COSTS = {"gpu_ms": "GPU time of one frame [ms]", "prepare_ms": "preparation, once an environment [ms]"}
-#: Points an axis of the maps of who is best, between the measured ones.
-FINE = 160
 #: Most decided crossovers in the page's table; results.json has all.
 ROWS = 60
 
@@ -37,7 +36,8 @@ ROWS = 60
 @dataclass(frozen=True)
 class Figure:
     """path: SVG relative to the page, with a PNG of the same stem beside it. alt: what it shows, for who cannot see it. plots:
-    the same as plots to use, name → JSON, which then stand on the page instead; scale: their colours, if they have such."""
+    the same as plots to use, name → JSON, which then stand on the page instead; scale: their colours, if they have such; legend:
+    colours of techniques."""
 
     path: str
     title: str
@@ -45,6 +45,7 @@ class Figure:
     caption: str
     plots: Mapping[str, dict] = field(default_factory=dict)
     scale: Scale | None = None
+    legend: Mapping[str, str] = field(default_factory=dict)
 
 
 def section(results: Mapping, directory: Path) -> dict[str, Any] | None:
@@ -80,15 +81,20 @@ def _figures(plane: Plane, number: int, fronts: Sequence[Mapping], directory: Pa
         plots={f"contours-{number}-{k}": one for k, one in enumerate(envelope_plots.panels(plane, levels, AXES), 1)},
         scale=envelope_plots.scale(levels),
     )
-    rivals = {values: plane.at(dict(values)) for values in (tuple(s.items()) for s in plane.slices)}
-    if any(len(r) > 1 for r in rivals.values()):
+    rivals = territories.of(plane)
+    if rivals:
         made.append(_save(
-            winners(plane), directory, f"best-{number}",
+            winners(plane, rivals), directory, f"best-{number}",
             f"Who is best where, over {axes}: {where}",
             f"Map over {axes} coloured by the technique with the smallest relative RMSE, with crossover lines between them",
-            "Lines: two best techniques are equal. Hatched: the best one's 95 % interval overlaps another's, so it is undecided. "
-            "Bars: a crossover's own 95 % interval, grey where it is undecided. Between the dots log-log interpolation.",
+            "Striped: the best one's 95 % interval overlaps another's, so it is undecided. Diamonds: two are equal; bars: the 95 % "
+            "interval of that crossover, dotted or grey where it is undecided. Between the dots log-log interpolation.",
         ))  # fmt: skip
+        colours = _colours(plane)
+        of = {
+            f"best-{number}-{k}": envelope_plots.winner(one, values, colours, AXES) for k, (values, one) in enumerate(rivals, 1)
+        }
+        made[-1] = replace(made[-1], plots=of, legend=colours)
     own = [f for f in fronts if set(p["contender"] for p in f["points"]) == {c.label for c in plane.contenders}
            and (f["scene"], f["target"], f["environment"], *f["over"])
            == (plane.scene, plane.target, plane.environment, plane.x, plane.y)]  # fmt: skip
@@ -135,9 +141,9 @@ def _contour(axes: Any, plane: Plane, one: Contender, levels: Float) -> Any:
     from matplotlib.colors import LogNorm
 
     _scales(axes, plane)
-    xs, ys = np.meshgrid(_fine(plane.xs), _fine(plane.ys))
-    fine = np.exp(_interpolate(plane, np.log(np.maximum(one.drawn, 1e-9))))
-    masked = np.ma.masked_invalid(fine)
+    xs, ys = np.meshgrid(fine(plane.xs), fine(plane.ys))
+    errors = np.exp(interpolate(plane, np.log(np.maximum(one.drawn, 1e-9))))
+    masked = np.ma.masked_invalid(errors)
     shown = axes.contourf(xs, ys, masked, levels, cmap="cividis_r", norm=LogNorm(levels[0], levels[-1]), extend="both")
     lines = axes.contour(xs, ys, masked, levels, colors="k", linewidths=0.6)
     axes.clabel(lines, fmt=_percent, fontsize=7)
@@ -146,14 +152,13 @@ def _contour(axes: Any, plane: Plane, one: Contender, levels: Float) -> Any:
     return shown
 
 
-def winners(plane: Plane) -> Any:
+def winners(plane: Plane, rivals: Sequence[tuple[Mapping, Territory]]) -> Any:
     """A panel a slice: the best contender's colour, hatched where undecided, and the crossovers with their intervals."""
-    slices = [values for values in plane.slices if len(plane.at(values)) > 1]
-    figure = style.figure(max(1.0 + 3.4 * len(slices), 6.4), 4.4)
+    figure = style.figure(max(1.0 + 3.4 * len(rivals), 6.4), 4.4)
     colours = _colours(plane)
-    grid = figure.subplots(1, len(slices), squeeze=False, sharey=True)[0]
-    for axes, values in zip(grid, slices, strict=True):
-        _winner(axes, plane, plane.at(values), colours)
+    grid = figure.subplots(1, len(rivals), squeeze=False, sharey=True)[0]
+    for axes, (values, one) in zip(grid, rivals, strict=True):
+        _winner(axes, one, colours)
         words = ", ".join(f"{AXES.get(name, name)} {value:g}" for name, value in values.items())
         axes.set_title(_plain(words), loc="left", fontsize=9)
         axes.set_xlabel(_plain(AXES.get(plane.x, plane.x)), fontsize=9)
@@ -166,50 +171,27 @@ def winners(plane: Plane) -> Any:
     return figure
 
 
-def _winner(axes: Any, plane: Plane, members: Sequence[Contender], colours: Mapping[str, str]) -> None:
+def _winner(axes: Any, one: Territory, colours: Mapping[str, str]) -> None:
     from matplotlib.colors import ListedColormap
 
+    plane, best, known = one.plane, one.best, one.known
     _scales(axes, plane)
-    with np.errstate(divide="ignore"):
-        value, low, high = (
-            np.stack([_interpolate(plane, np.log(np.maximum(getattr(c, name), 1e-9))) for c in members])
-            for name in ("drawn", "low", "high")
-        )
-    xs, ys = np.meshgrid(_fine(plane.xs), _fine(plane.ys))
-    known = np.isfinite(value)
-    value, low = np.where(known, value, np.inf), np.where(known, low, np.inf)
-    best = np.argmin(value, axis=0)
-    chosen = best[None]
-    others = np.where(np.arange(len(members))[:, None, None] == chosen, np.inf, low).min(axis=0)
-    open_ = np.take_along_axis(high, chosen, 0)[0] >= others
-    nothing = ~known.any(axis=0)
-    for k, one in enumerate(members):
-        here = np.ma.masked_where(nothing | (best != k), np.ones(best.shape))
+    xs, ys = np.meshgrid(fine(plane.xs), fine(plane.ys))
+    for k, member in enumerate(one.members):
+        here = np.ma.masked_where(best != k, np.ones(best.shape))
         if here.count():
-            colour = ListedColormap([colours[one.technique]])
+            colour = ListedColormap([colours[member.technique]])
             axes.pcolormesh(xs, ys, here, cmap=colour, alpha=0.75, shading="nearest", rasterized=True)
-    axes.contourf(xs, ys, (open_ & ~nothing).astype(float), [0.5, 1.5], colors="none", hatches=["////"])
-    for i, j in {tuple(sorted(p)) for p in _neighbours(best)}:
+    axes.contourf(xs, ys, one.undecided.astype(float), [0.5, 1.5], colors="none", hatches=["////"])
+    for i, j in sorted(one.neighbours()):
         both = known[i] & known[j] & _grown((best == i) | (best == j))
-        gap = np.ma.masked_where(~both, np.where(both, value[i], 0.0) - np.where(both, value[j], 0.0))
+        gap = np.ma.masked_where(~both, np.where(both, one.value[i], 0.0) - np.where(both, one.value[j], 0.0))
         axes.contour(xs, ys, gap, [0.0], colors="k", linewidths=1.2)
-        _bars(axes, plane, members[i], members[j], best, (i, j))
-    _dots(axes, plane, np.logical_or.reduce([np.isfinite(c.value) for c in members]))
-
-
-def _bars(axes: Any, plane: Plane, a: Contender, b: Contender, best: NDArray, pair: tuple[int, int]) -> None:
-    """The crossovers of two along x, where they are the best two there."""
-    fine_x, fine_y = _fine(plane.xs), _fine(plane.ys)
-    for j, y in enumerate(plane.ys):
-        for one in crossover.crossings(plane.xs, *(tuple(g[j] for g in (c.drawn, c.low, c.high)) for c in (a, b)),
-                                       log=logarithmic(plane.xs)):  # fmt: skip
-            i = int(np.abs(np.log(fine_x / one["value"]) if logarithmic(plane.xs) else fine_x - one["value"]).argmin())
-            row = best[int(np.abs(fine_y - y).argmin()), max(i - 2, 0) : i + 3]
-            if set(row) & set(pair) and set(row) <= set(pair):
-                ends = [edge if end is None else end for end, edge in zip(one["ci95"], (plane.xs[0], plane.xs[-1]), strict=True)]
-                colour = "k" if one["decided"] else "0.45"
-                axes.plot(ends, [y, y], color=colour, linewidth=2.2, solid_capstyle="butt", zorder=4)
-                axes.plot(one["value"], y, "D", color=colour, markersize=4, zorder=5)
+    for at in one.crossings():
+        colour = "k" if at.decided else "0.45"
+        axes.plot([at.low, at.high], [at.y, at.y], color=colour, linewidth=2.2, solid_capstyle="butt", zorder=4)
+        axes.plot(at.value, at.y, "D", color=colour, markersize=4, zorder=5)
+    _dots(axes, plane, np.logical_or.reduce([np.isfinite(c.value) for c in one.members]))
 
 
 def fronts_figure(plane: Plane, fronts: Sequence[Mapping]) -> Any:
@@ -282,26 +264,6 @@ def _percent(value: float) -> str:
 def _plain(text: str) -> str:
     """Text as it is, for matplotlib, to which $ begins a formula."""
     return text.replace("$", r"\$")
-
-
-def _fine(values: Float) -> Float:
-    inner = np.geomspace if logarithmic(values) else np.linspace
-    return inner(values[0], values[-1], FINE)
-
-
-def _interpolate(plane: Plane, grid: Float) -> Float:
-    """(Y, X) on the measured points → (FINE, FINE), bilinear in the axes' own scales; NaN beside points without a score."""
-
-    def across(points: Float, rows: Float) -> Float:
-        at, u = (np.log(v) if logarithmic(points) else v for v in (_fine(points), points))
-        return np.stack([np.interp(at, u, row) for row in rows])
-
-    return across(plane.ys, across(plane.xs, grid).T).T
-
-
-def _neighbours(best: NDArray) -> list[tuple[int, int]]:
-    sides = [(best[:, 1:], best[:, :-1]), (best[1:], best[:-1])]
-    return [(int(a), int(b)) for p, q in sides for a, b in zip(p[p != q], q[p != q], strict=True)]
 
 
 def _grown(mask: NDArray) -> NDArray:

@@ -33,8 +33,8 @@ def rounded(name: str, picture: Array, mask: Array | None = None, bits: int = MO
     of radiance (`rounding.bits_for`). sigma: (H, W, 3), the reference's standard error, for the error.
 
     Radiance to about a 32nd of the reference's standard error, but to 2⁻¹⁵, relative, where that is more; standard errors,
-    which are estimates themselves, to 3 %; the error to 3 % or a quarter of a standard error; the ledger's rungs, means over the channels, to a 64th of their 99th
-    percentile; both differences are 0 outside the mask. FLIP to 1/512."""
+    which are estimates themselves, to 3 %; the error to 3 % or a quarter of a standard error; the ledger's rungs, means over the
+    channels, to a 64th of their 99th percentile; both differences are 0 outside the mask. FLIP to 1/512."""
     if name in ("standard_error", "image_standard_error"):
         return significant(picture, 4)
     if name == "error":

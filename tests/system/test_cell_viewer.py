@@ -190,7 +190,9 @@ def test_keys_are_listed(open_cell):  # noqa: F811
 
 
 NO_WEBGL = """const get = HTMLCanvasElement.prototype.getContext;
-HTMLCanvasElement.prototype.getContext = function (kind, ...rest) { return /webgl/.test(kind) ? null : get.call(this, kind, ...rest); };"""
+HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+  return /webgl/.test(kind) ? null : get.call(this, kind, ...rest);
+};"""
 
 
 def test_without_webgl_the_previews_stand_in(browser, report_folder):  # noqa: F811

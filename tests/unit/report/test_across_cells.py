@@ -13,7 +13,7 @@ from evalsuite.compare import compare
 from evalsuite.compare import envelopes as planes
 from evalsuite.compare.findings import findings
 from evalsuite.image import exr, ldr
-from evalsuite.report import envelopes, page, rankings
+from evalsuite.report import envelope_plots, envelopes, page, rankings, territories
 
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1] / "compare"))
@@ -70,15 +70,34 @@ def test_panels_show_what_was_measured(swept):
     _, results = swept
     (plane,) = planes.planes(results["cells"])
     assert [c.label for c in plane.contenders] == ["rising, face_size 8", "rising, face_size 32", "falling$<b>"]
-    fine = np.exp(envelopes._interpolate(plane, np.log(plane.contenders[0].value)))
+    fine = np.exp(territories.interpolate(plane, np.log(plane.contenders[0].value)))
     assert fine[0, 0] == pytest.approx(0.01) and fine[-1, -1] == pytest.approx(0.01 * 8)
     assert fine[-1, 0] == pytest.approx(0.01) and fine[0, -1] == pytest.approx(0.01 * 8)
-    middle = envelopes.FINE // 2
-    assert fine[middle, middle] == pytest.approx(0.01 * np.sqrt(envelopes._fine(plane.xs)[middle] / 10))
+    middle = territories.FINE // 2
+    assert fine[middle, middle] == pytest.approx(0.01 * np.sqrt(territories.fine(plane.xs)[middle] / 10))
     figure = envelopes.contours(plane)
     assert [a.get_visible() for a in figure.axes[:4]] == [True, True, True, False]
-    axes = envelopes.winners(plane).axes
+    axes = envelopes.winners(plane, territories.of(plane)).axes
     assert all(a.get_xlabel() == "exponent of the lobe" and a.get_xscale() == "log" for a in axes)
+
+
+def test_who_is_best_is_who_was_measured_best(swept):
+    _, results = swept
+    (plane,) = planes.planes(results["cells"])
+    rivals = territories.of(plane)
+    assert rivals
+    for values, one in rivals:
+        for j, y in ((0, 0), (-1, -1)):
+            for i, x in ((0, 0), (-1, -1)):
+                least = min(one.members, key=lambda c, j=j, i=i: c.value[j, i])
+                assert one.members[one.best[y, x]].label == least.label
+        for at in one.crossings():
+            row = list(plane.ys).index(at.y)
+            a, b = (np.interp(np.log(at.value), np.log(plane.xs), np.log(c.value[row])) for c in (at.a, at.b))
+            assert a == pytest.approx(b, abs=1e-6) and at.low <= at.value <= at.high
+        drawn = json.dumps(envelope_plots.winner(one, values, envelopes._colours(plane), envelopes.AXES))
+        assert all(repr(at.value) in drawn for at in one.crossings())
+    assert any(one.crossings() for _, one in rivals)
 
 
 def test_levels_hold_all_values():
