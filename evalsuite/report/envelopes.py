@@ -87,8 +87,8 @@ def _figures(plane: Plane, number: int, fronts: Sequence[Mapping], directory: Pa
             winners(plane, rivals), directory, f"best-{number}",
             f"Who is best where, over {axes}: {where}",
             f"Map over {axes} coloured by the technique with the smallest relative RMSE, with crossover lines between them",
-            "Striped: the best one's 95 % interval overlaps another's, so it is undecided. Diamonds: two are equal; bars: the 95 % "
-            "interval of that crossover, dotted or grey where it is undecided. Between the dots log-log interpolation.",
+            "Striped: the best one's 95 % interval overlaps another's, so it is undecided. Diamonds: two are equal; bars: the "
+            "95 % interval of that crossover, dotted or grey where it is undecided. Between the dots log-log interpolation.",
         ))  # fmt: skip
         colours = _colours(plane)
         of = {
