@@ -19,14 +19,14 @@ LAST = 500
 
 def trends(report: str, checks: Sequence[Check]) -> dict:
     """Everything in trends.json (docs/gate.md). Each cell and renderer is a series of its own, as another driver's pictures are
-    others; the one with the latest change comes first."""
+    others; those with the latest change come first, then those checked last."""
     found: dict[tuple[str, str | None], list[tuple[Check, Cell]]] = {}
     for check in checks:
         for name, cell in check.cells.items():
             if cell.rel_rmse is not None:
                 found.setdefault((name, check.gl_renderer), []).append((check, cell))
     series = [_series(*key, points, ALARM / len(found)) for key, points in found.items()]
-    series.sort(key=lambda one: (-max((c["check"] for c in one["changes"]), default=-1), one["cell"], one["gl_renderer"] or ""))
+    series.sort(key=_order)
     facts = [{name: getattr(c, name) for name in ("number", "created", "commit", "gl_renderer", "passed")} for c in checks]
     return {"schema": SCHEMA, "report": report, "last": LAST, "alarm": ALARM, "checks": facts, "series": series}
 
@@ -61,6 +61,11 @@ def _series(name: str, renderer: str | None, points: Sequence[tuple[Check, Cell]
             for check, cell in points
         ],
     }
+
+
+def _order(series: dict) -> tuple[int, int, str]:
+    changed = max((change["check"] for change in series["changes"]), default=-1)
+    return -changed, -series["points"][-1]["check"], series["cell"]
 
 
 def _error(cell: Cell) -> float:

@@ -8,7 +8,7 @@ from pathlib import Path
 from bokeh.models import BasicTicker, ColumnDataSource, HoverTool
 
 from evalsuite.report import page, plots
-from evalsuite.report.numbers import interval, measured, number
+from evalsuite.report.numbers import estimate, interval, number
 from evalsuite.report.pictures import js_json
 from evalsuite.store.results import slug
 
@@ -44,10 +44,14 @@ def said(change: Mapping) -> str:
     """A change of level in words, with its size, its interval and the commits between which it lies."""
     difference = change["difference"]
     way = "rose" if difference["value"] > 0 else "fell"
-    size = measured({"value": abs(difference["value"]), "ci95": sorted(abs(end) for end in difference["ci95"])}, "%")
+    size = _unbroken({"value": abs(difference["value"]), "ci95": sorted(abs(end) for end in difference["ci95"])})
     commits = f"commit {change['after_commit'] or 'unknown'} → {change['commit'] or 'unknown'}"
-    ends = f"from {measured(change['from'], '%')} to {measured(change['to'], '%')}"
+    ends = f"from {_unbroken(change['from'])} to {_unbroken(change['to'])}"
     return f"rel_rmse {way} {ends} at check {change['check']} ({commits}), by {size} of the mean; verdict: {change['verdict']}."
+
+
+def _unbroken(metric: Mapping) -> str:
+    return estimate(metric, "%").replace(" ", "\N{NO-BREAK SPACE}")
 
 
 def spark(series: Mapping, numbers: Sequence[int]) -> dict:
