@@ -7,7 +7,7 @@
   const data = JSON.parse(document.getElementById("data").textContent);
   const rows = [...document.querySelectorAll("#series tbody tr")];
   const buttons = rows.map((row) => row.querySelector(".spark button"));
-  const names = rows.map((row) => row.querySelector(".cell-id").textContent.trim().replace(/\s+/g, " "));
+  const names = rows.map((row) => row.dataset.name);
   const text = document.getElementById("filter");
   const host = section.querySelector(".plot");
 
