@@ -1,11 +1,11 @@
 """Where the level of a series changes, of measurements whose errors are known.
 
-The model is a mean that is constant in pieces, and normal noise of known standard error about it. Its best pieces are those of the
-least sum of squared, whitened residuals plus β a change (penalised likelihood), found exactly in O(n²): Jackson et al., An Algorithm
-for Optimal Partitioning of Data on an Interval, IEEE Signal Processing Letters 12, 2005. A piece may have one measurement.
+The model is a mean that is constant in pieces, and normal noise of known standard error about it. Its best pieces are those of
+the least sum of squared, whitened residuals plus β a change (penalised likelihood), found exactly in O(n²): Jackson et al., An
+Algorithm for Optimal Partitioning of Data on an Interval, IEEE Signal Processing Letters 12, 2005. A piece may be one measurement.
 
-β follows from the rate of false alarms. In the best partition the levels of two neighbouring pieces are √β standard errors apart or
-more, else they would be cheaper as one. Of n measurements there are C(n + 1, 3) pairs of neighbouring pieces, so with
+β follows from the rate of false alarms. In the best partition the levels of two neighbouring pieces are √β standard errors apart
+or more, else they would be cheaper as one. Of n measurements there are C(n + 1, 3) pairs of neighbouring pieces, so with
 P(χ²₁ > β) = α / C(n + 1, 3) a series without change has a false one with a probability of at most α.
 
 Noise that several measurements share (the same seed) does not average out: a level is known only as well as its different seeds
@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Sequence
-from itertools import groupby
+from itertools import groupby, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -44,9 +44,10 @@ def levels(values: Sequence[float], errors: Sequence[float], noises: Sequence[Ha
     x, s = np.asarray(values, float)[first], np.asarray(errors, float)[first]
     limit = threshold(len(runs), alarm)
     ends = _partition(x, s, limit**2)
+    noise = [noises[i] for i in first]
     while True:
-        found = [_level(x[a:b], s[a:b], [noises[i] for i in first[a:b]]) for a, b in zip([0, *ends], [*ends, len(x)], strict=True)]
-        apart = [abs(v - u) / math.hypot(d, e) for (u, d), (v, e) in zip(found, found[1:], strict=False)]
+        found = [_level(x[a:b], s[a:b], noise[a:b]) for a, b in zip([0, *ends], [*ends, len(x)], strict=True)]
+        apart = [abs(v - u) / math.hypot(d, e) for (u, d), (v, e) in pairwise(found)]
         if not apart or min(apart) >= limit:
             break
         del ends[int(np.argmin(apart))]

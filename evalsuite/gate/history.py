@@ -58,7 +58,8 @@ def append(path: Path, check: Mapping, commit: str | None) -> int:
                 (*facts, check["passed"], check["exit_code"]),
             ).lastrowid
             database.executemany(
-                "INSERT INTO cells (number, cell, verdict, rel_rmse, low, high, picture_change, seed) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+                "INSERT INTO cells (number, cell, verdict, rel_rmse, low, high, picture_change, seed)"
+                " VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
                 [(number, r["id"], r["verdict"], *_error(r), r["picture_change"], r.get("seed")) for r in check["cells"]],
             )
             return number
@@ -67,7 +68,7 @@ def append(path: Path, check: Mapping, commit: str | None) -> int:
 
 
 def read(path: Path, report: str, last: int) -> list[Check]:
-    """The last checks of a report, oldest first; none where there is no file. Raises EvalsuiteError for a file that is no history."""
+    """The last checks of a report, oldest first; none where there is no file. Raises EvalsuiteError for what is no history."""
     if not path.exists():
         return []
     try:
@@ -78,10 +79,8 @@ def read(path: Path, report: str, last: int) -> list[Check]:
             ).fetchall()
             checks = {row[0]: Check(*row[:4], bool(row[4]), {}) for row in reversed(rows)}
             seed = "seed" if _has_seeds(database) else "NULL"
-            cells = database.execute(
-                f"SELECT number, cell, verdict, rel_rmse, low, high, {seed} FROM cells WHERE number >= ?", (min(checks, default=0),)
-            )
-            for number, cell, *facts in cells:
+            query = f"SELECT number, cell, verdict, rel_rmse, low, high, {seed} FROM cells WHERE number >= ?"
+            for number, cell, *facts in database.execute(query, (min(checks, default=0),)):
                 if number in checks:
                     checks[number].cells[cell] = Cell(*facts)
             return list(checks.values())

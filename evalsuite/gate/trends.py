@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 from evalsuite.compare.changepoints import levels
 from evalsuite.compare.unified import Z95
@@ -38,7 +39,7 @@ def _series(name: str, renderer: str | None, points: Sequence[tuple[Check, Cell]
     found = levels([c.rel_rmse for c in cells], [_error(c) for c in cells], [c.seed for c in cells], alarm)
     pieces = [(known[level.first][0], known[level.last][0], level) for level in found]
     changes = []
-    for (_, last, before), (first, _, after) in zip(pieces, pieces[1:], strict=False):
+    for (_, last, before), (first, _, after) in pairwise(pieces):
         changes.append(
             {
                 "check": first.number,
@@ -57,7 +58,13 @@ def _series(name: str, renderer: str | None, points: Sequence[tuple[Check, Cell]
         "changes": changes,
         "levels": [{"first": a.number, "last": b.number, **_with_interval(level.value, level.error)} for a, b, level in pieces],
         "points": [
-            {"check": check.number, "value": cell.rel_rmse, "ci95": [cell.low, cell.high], "verdict": cell.verdict, "seed": cell.seed}
+            {
+                "check": check.number,
+                "value": cell.rel_rmse,
+                "ci95": [cell.low, cell.high],
+                "verdict": cell.verdict,
+                "seed": cell.seed,
+            }
             for check, cell in points
         ],
     }

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
 from bokeh.models import BasicTicker, ColumnDataSource, HoverTool
 
 from evalsuite.report import page, plots
-from evalsuite.report.numbers import estimate, interval, number
+from evalsuite.report.numbers import estimate
 from evalsuite.report.pictures import js_json
 from evalsuite.store.results import slug
 
@@ -24,17 +25,17 @@ def write(trends: Mapping, results: Mapping, directory: Path) -> Path:
     """Write the page of `trends` (as in trends.json) beside that of the run's `results`; returns trends.html. Raises
     EvalsuiteError if the folder cannot be written."""
     pages = {cell["id"]: f"cells/{slug(cell['id'])}.html" for cell in results.get("cells", [])}
-    checks = {check["number"]: check for check in trends["checks"]}
+    numbers = [check["number"] for check in trends["checks"]]
     renderers = sorted({one["gl_renderer"] or "an unknown renderer" for one in trends["series"]})
     rows = [
-        {"data": one, "page": pages.get(one["cell"]), "spark": spark(one, list(checks)), "said": [said(c) for c in one["changes"]]}
+        {"data": one, "page": pages.get(one["cell"]), "spark": spark(one, numbers), "said": [said(c) for c in one["changes"]]}
         for one in trends["series"]
     ]
     page.write_static(directory / "static")
     html = page.templates().get_template("trends.html").render(
         trends=trends, rows=rows, renderers=renderers, title=results.get("title") or trends["report"],
         index=(directory / "results.json").exists(), changed=sum(bool(one["changes"]) for one in trends["series"]),
-        data=js_json([_columns(one, checks) for one in trends["series"]]), figures=js_json({"trend": plots.item(_figure())}),
+        data=js_json(_data(trends)), figures=js_json({"trend": plots.item(_figure())}),
     )  # fmt: skip
     page.put(directory / "trends.html", html)
     return directory / "trends.html"
@@ -66,10 +67,14 @@ def spark(series: Mapping, numbers: Sequence[int]) -> dict:
     def y(value: float) -> float:
         return round(EDGE + (HEIGHT - 2 * EDGE) * ((high - value) / (high - low) if high > low else 0.5), 1)
 
-    band = [(x(k), y(b)) for k, _, _, b in points] + [(x(k), y(a)) for k, _, a, _ in reversed(points)]
+    columns: dict[int, list] = {}  # more than one point in a column of pixels are drawn as one
+    for k, value, first, last in points:
+        columns.setdefault(round(x(k)), []).append((k, value, first, last))
+    drawn = [(*np.mean([p[:2] for p in some], 0), min(p[2] for p in some), max(p[3] for p in some)) for some in columns.values()]
+    band = [(x(k), y(last)) for k, _, _, last in drawn] + [(x(k), y(first)) for k, _, first, _ in reversed(drawn)]
     return {
-        "band": " ".join(f"{a},{b}" for a, b in band),
-        "line": " ".join(f"{x(k)},{y(value)}" for k, value, *_ in points),
+        "band": " ".join(f"{a:g},{b:g}" for a, b in band),
+        "line": " ".join(f"{x(k):g},{y(value):g}" for k, value, *_ in drawn),
         "dots": [(x(k), y(value)) for k, value, *_ in points] if len(points) <= 40 else [],
         "changes": [x((place[c["after"]] + place[c["check"]]) / 2) for c in series["changes"]],
     }
@@ -81,40 +86,35 @@ def _ends(point: Mapping) -> tuple[float, float]:
     return (point["value"] if low is None else low), (point["value"] if high is None else high)
 
 
-def _columns(series: Mapping, checks: Mapping[int, Mapping]) -> dict:
-    """What the plot of a series shows [%]: columns of its sources by name. What is told of a check stays text."""
-    points = series["points"]
-    ends = [_ends(p) for p in points]
-    about = [checks[p["check"]] for p in points]
+def _data(trends: Mapping) -> dict:
+    """What `static/trends.js` draws, errors in %: checks, and of each series its points as columns, levels and changes."""
+    checks, series = trends["checks"], trends["series"]
+    place = {check["number"]: k for k, check in enumerate(checks)}
+    verdicts = sorted({p["verdict"] for one in series for p in one["points"]})
     return {
-        "points": {
-            "x": [p["check"] for p in points],
-            "y": [_per_cent(p["value"]) for p in points],
-            "y0": [_per_cent(low) for low, _ in ends],
-            "y1": [_per_cent(high) for _, high in ends],
-            "check": [f"{p['check']}" for p in points],
-            "created": [check["created"] for check in about],
-            "commit": [check["commit"] or "unknown" for check in about],
-            "verdict": [p["verdict"] for p in points],
-            "value": [f"{number(p['value'], '%')} [{interval(p, '%')}]" for p in points],
-        },
-        "levels": {
-            "x0": [level["first"] - 0.4 for level in series["levels"]],
-            "x1": [level["last"] + 0.4 for level in series["levels"]],
-            "y": [_per_cent(level["value"]) for level in series["levels"]],
-            "low": [_per_cent(level["ci95"][0]) for level in series["levels"]],
-            "high": [_per_cent(level["ci95"][1]) for level in series["levels"]],
-        },
-        "changes": {"x": [(c["after"] + c["check"]) / 2 for c in series["changes"]]},
+        "checks": [[c["number"], c["created"], c["commit"] or "unknown"] for c in checks],
+        "verdicts": verdicts,
+        "series": [
+            {
+                "check": [place[p["check"]] for p in one["points"]],
+                "verdict": [verdicts.index(p["verdict"]) for p in one["points"]],
+                "y": [_per_cent(p["value"]) for p in one["points"]],
+                "low": [_per_cent(p["ci95"][0]) for p in one["points"]],
+                "high": [_per_cent(p["ci95"][1]) for p in one["points"]],
+                "levels": [[v["first"], v["last"], *map(_per_cent, (v["value"], *v["ci95"]))] for v in one["levels"]],
+                "changes": [(c["after"] + c["check"]) / 2 for c in one["changes"]],
+            }
+            for one in series
+        ],
     }
 
 
-def _per_cent(value: float) -> float:
-    return float(f"{100 * value:.8g}")
+def _per_cent(value: float | None) -> float | None:
+    return None if value is None else float(f"{100 * value:.6g}")
 
 
 def _figure() -> object:
-    """An empty plot of one series; `_columns` has its data."""
+    """An empty plot of one series; `static/trends.js` gives it its data."""
     plot = plots.blank(height=380)
     plot.xaxis.axis_label, plot.yaxis.axis_label = "check", "rel_rmse [%]"
     plot.xaxis.ticker = BasicTicker(min_interval=1)

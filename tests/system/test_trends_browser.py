@@ -47,7 +47,9 @@ def open_page(browser, folder):
     contexts, problems, requests = [], [], []
 
     def call(query="", width=1440, scheme="light"):
-        contexts.append(browser.new_context(viewport={"width": width, "height": 1000}, color_scheme=scheme, reduced_motion="reduce"))
+        contexts.append(
+            browser.new_context(viewport={"width": width, "height": 1000}, color_scheme=scheme, reduced_motion="reduce")
+        )
         page = contexts[-1].new_page()
         page.set_default_timeout(15_000)
         page.on("console", lambda message: problems.append(message.text) if message.type == "error" else None)
@@ -95,7 +97,9 @@ def test_changes_come_first_and_are_told(open_page):
     commits = [check["commit"] for check in synthetic.made()["checks"][15:17]]
     assert words.startswith("rel_rmse rose from 4.") and f"at check 17 (commit {commits[0]} → {commits[1]})" in words
     assert words.endswith("of the mean; verdict: further.")
-    assert page.locator("#series a").evaluate_all("links => links.every((a) => /^cells\\/torus.*\\.html$/.test(a.getAttribute('href')))")
+    assert page.locator("#series a").evaluate_all(
+        "links => links.every((a) => /^cells\\/torus.*\\.html$/.test(a.getAttribute('href')))"
+    )
 
 
 def test_the_plot_has_the_step_where_it_is(open_page):

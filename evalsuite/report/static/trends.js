@@ -11,6 +11,24 @@
   const text = document.getElementById("filter");
   const host = section.querySelector(".plot");
 
+  // The columns of the plot's sources.
+  function columns({ check, verdict, y, low, high, levels, changes }) {
+    const at = check.map((place) => data.checks[place]);
+    const ends = (k) => (low[k] === high[k] && low[k] !== null ? "no interval" : `${low[k] ?? "−∞"} … ${high[k] ?? "∞"}`);
+    return {
+      points: {
+        x: at.map(([number]) => number), y, y0: low.map((v, k) => v ?? y[k]), y1: high.map((v, k) => v ?? y[k]),
+        check: at.map(([number]) => `${number}`), created: at.map(([, created]) => created), commit: at.map(([, , commit]) => commit),
+        verdict: verdict.map((v) => data.verdicts[v]), value: y.map((v, k) => `${v} % [${ends(k)}]`),
+      },
+      levels: {
+        x0: levels.map(([first]) => first - 0.4), x1: levels.map(([, last]) => last + 0.4),
+        y: levels.map((v) => v[2]), low: levels.map((v) => v[3]), high: levels.map((v) => v[4]),
+      },
+      changes: { x: changes },
+    };
+  }
+
   function show(k) {
     buttons.forEach((button, at) => button.setAttribute("aria-pressed", String(at === k)));
     const row = rows[k];
@@ -22,14 +40,14 @@
       item.textContent = words;
       return item;
     }));
-    plots.embed(host, "trend", `rel_rmse of ${names[k]} over the checks, with 95 % intervals. ${said.join(" ") || "No change of level."}`, data[k]);
+    plots.embed(host, "trend", `rel_rmse of ${names[k]} over the checks, with 95 % intervals. ${said.join(" ") || "No change of level."}`, columns(data.series[k]));
   }
 
   function filter() {
     const words = text.value.toLowerCase().split(/\s+/).filter(Boolean);
     let count = 0;
     for (const [k, row] of rows.entries()) {
-      const own = `${row.textContent} ${data[k].points.commit.join(" ")}`.toLowerCase();
+      const own = `${row.textContent} ${data.series[k].check.map((place) => data.checks[place][2]).join(" ")}`.toLowerCase();
       row.hidden = !words.every((word) => own.includes(word));
       count += !row.hidden;
     }

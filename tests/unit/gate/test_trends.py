@@ -22,7 +22,13 @@ def row(name, value, half, seed=0, verdict="unchanged"):
 def add(path, rows, renderer=MESA, report="small"):
     """One more check."""
     number = len(history.read(path, report, 10**6)) + 1
-    check = {"created": f"2026-01-{number:02d}", "report": report, "host": {"gl_renderer": renderer}, "passed": True, "exit_code": 0}
+    check = {
+        "created": f"2026-01-{number:02d}",
+        "report": report,
+        "host": {"gl_renderer": renderer},
+        "passed": True,
+        "exit_code": 0,
+    }
     return history.append(path, check | {"cells": rows}, f"commit{number}")
 
 
@@ -62,7 +68,7 @@ def test_each_renderer_is_a_series(past):
     for k in range(6):
         add(past, [row("a", 0.05 if k % 2 else 0.06, 0.0)], MESA if k % 2 else OTHER)
     series = made(past)["series"]
-    assert [(one["gl_renderer"], one["changes"], len(one["points"])) for one in series] == [(OTHER, [], 3), (MESA, [], 3)]
+    assert [(one["gl_renderer"], one["changes"], len(one["points"])) for one in series] == [(MESA, [], 3), (OTHER, [], 3)]
 
 
 def test_the_latest_change_comes_first(past):

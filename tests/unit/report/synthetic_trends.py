@@ -30,5 +30,14 @@ def made(checks: int = 32, other_renderer: bool = True) -> dict:
             verdict = "further" if k == 17 and name.startswith("torus") else "unchanged"
             cells[name] = Cell(verdict, value, value - half, value + half, k)
         passed = k != 17
-        past.append(Check(k, f"2026-10-{(k - 1) % 30 + 1:02d}T07:12:44+00:00", f"{0x1A2B3C4D5E6F + k * 0x9E3779B97F:012x}", renderer, passed, cells))
+        past.append(
+            Check(
+                k,
+                f"2026-10-{(k - 1) % 30 + 1:02d}T07:12:44+00:00",
+                f"{0x1A2B3C4D5E6F + k * 0x9E3779B97F:012x}",
+                renderer,
+                passed,
+                cells,
+            )
+        )
     return trends("gate", past)
