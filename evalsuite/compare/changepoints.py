@@ -2,7 +2,7 @@
 
 The model is a mean that is constant in pieces, and normal noise of known standard error about it. Its best pieces are those of
 the least sum of squared, whitened residuals plus β a change (penalised likelihood), found exactly in O(n²): Jackson et al., An
-Algorithm for Optimal Partitioning of Data on an Interval, IEEE Signal Processing Letters 12, 2005. A piece may be one measurement.
+Algorithm for Optimal Partitioning of Data on an Interval, IEEE Signal Processing Letters 12, 2005. A piece may be of one.
 
 β follows from the rate of false alarms. In the best partition the levels of two neighbouring pieces are √β standard errors apart
 or more, else they would be cheaper as one. Of n measurements there are C(n + 1, 3) pairs of neighbouring pieces, so with
