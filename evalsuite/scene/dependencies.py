@@ -62,7 +62,7 @@ def room_path(path: Path, defines: Defines | None = None) -> Path | None:
     if not name:
         return None
     room = Path(path).resolve().parent / name
-    if not room.is_file():
+    if not is_file(room):
         raise EvalsuiteError(
             path,
             f"no file '{name}' for its parameter {ROOM}",
@@ -108,6 +108,14 @@ def _with_room(path: Path, defines: Defines | None) -> _Facts:
     return facts
 
 
+def is_file(path: Path) -> bool:
+    """Whether it is one; a name that no file can have (too long, with a null) names none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
 def _collect(path: Path, root: Path, facts: _Facts) -> None:
     if path in facts.files:
         return
@@ -136,11 +144,7 @@ def _collect(path: Path, root: Path, facts: _Facts) -> None:
                 continue
             for base in (root, path.parent):
                 candidate = base / value
-                try:
-                    is_file = candidate.is_file()
-                except OSError:
-                    is_file = False
-                if is_file:
+                if is_file(candidate):
                     if element.tag == "include":
                         _collect(candidate.resolve(), root, facts)
                     else:

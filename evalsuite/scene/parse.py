@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from evalsuite.errors import EvalsuiteError
+from evalsuite.scene.dependencies import is_file
+from evalsuite.scene.mesh_files import check_mesh
 from evalsuite.scene.model import OWN, SceneSource
 
 _PLACE = re.compile(r"(?:At|While loading|Error while loading) (?P<place>[^\n]+? \(line \d+, col \d+\)): ?(?P<what>.*)", re.S)
@@ -38,6 +40,8 @@ class ParsedScene:
         self.config.merge_meshes = self.config.merge_equivalent = False
         # A scene and its room share their parameters; `load` checks the names.
         self.config.unused_parameters = mi.LogLevel.Debug
+        # An error in one thread, while others still make their objects, can end the process.
+        self.config.parallel = False
         self.state = self._parse()
         self.nodes = self.state.nodes
         # Read from a second parse: reading a property counts as its use, and `instantiate` reports those that nobody used.
@@ -179,16 +183,19 @@ class ParsedScene:
             seen.add(index)
             pending += self.children(index)
             if isinstance(self.properties(index).get("filename"), str):
-                self.nodes[index].props["filename"] = str(self.file(index))
+                file = self.file(index)
+                number = self.properties(index).get("shape_index", 0)
+                check_mesh(file, self.plugin(index), number if isinstance(number, int) else 0)
+                self.nodes[index].props["filename"] = str(file)
 
     def file(self, index: int) -> Path:
         """Absolute path of a node's `filename`. Raises EvalsuiteError when there is no such file."""
         name = str(self.properties(index)["filename"])
         path = self.path.parent / name  # an absolute name stays as it is
-        if not path.exists():
+        if not is_file(path):
             with self._scene_folder():
                 path = Path(str(self.mi.file_resolver().resolve(name)))  # Mitsuba's own data
-        if not path.exists():
+        if not is_file(path):
             raise EvalsuiteError(
                 self.location(index),
                 f"no file '{name}'",
