@@ -132,6 +132,8 @@ def _collect(path: Path, root: Path, facts: _Facts) -> None:
             "a Mitsuba XML scene",
             "mend the file there",
         ) from error
+    except (LookupError, ValueError, RecursionError) as error:  # of encodings that there are not, or of several bytes
+        raise EvalsuiteError(path, f"XML that does not parse ({error})", "a Mitsuba XML scene", "mend the file") from error
     for element in tree.iter("default"):
         name, value = element.get("name", ""), element.get("value", "")
         facts.declared.setdefault(name, value)

@@ -23,6 +23,8 @@ _XML_FILE = re.compile(r'(?:Parsing of XML file|Error while loading XML file) "(
 
 #: BSDFs that change another one, which their first child is.
 WRAPPERS = ("twosided", "normalmap")
+#: Plugins that end the process when they are given no file.
+OF_FILES = ("bitmap", "ply", "obj", "serialized")
 
 
 class ParsedScene:
@@ -40,8 +42,6 @@ class ParsedScene:
         self.config.merge_meshes = self.config.merge_equivalent = False
         # A scene and its room share their parameters; `load` checks the names.
         self.config.unused_parameters = mi.LogLevel.Debug
-        # An error in one thread, while others still make their objects, can end the process.
-        self.config.parallel = False
         self.state = self._parse()
         self.nodes = self.state.nodes
         # Read from a second parse: reading a property counts as its use, and `instantiate` reports those that nobody used.
@@ -182,7 +182,10 @@ class ParsedScene:
                 continue
             seen.add(index)
             pending += self.children(index)
-            if isinstance(self.properties(index).get("filename"), str):
+            name = self.properties(index).get("filename")
+            if self.plugin(index) in OF_FILES and not isinstance(name, str):
+                raise EvalsuiteError(self.location(index), f"a {self.plugin(index)} without a filename", "a file", "name one")
+            if isinstance(name, str):
                 file = self.file(index)
                 number = self.properties(index).get("shape_index", 0)
                 check_mesh(file, self.plugin(index), number if isinstance(number, int) else 0)

@@ -11,6 +11,7 @@ from pathlib import Path
 from evalsuite.errors import EvalsuiteError
 from evalsuite.store import kept
 from evalsuite.store.cache import unwritable, write_atomic
+from evalsuite.store.json_file import read_json
 
 SCHEMA = "evalsuite.results/1"
 
@@ -36,7 +37,7 @@ def read(directory: Path) -> dict:
     """results.json of a folder. Raises EvalsuiteError when absent, broken or of another schema."""
     path = directory / "results.json"
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = read_json(path)
     except FileNotFoundError:
         raise EvalsuiteError(path, "no such file", "results of an earlier run", "type `evalsuite run` first") from None
     except (OSError, ValueError) as error:
@@ -44,7 +45,32 @@ def read(directory: Path) -> dict:
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
         got = data.get("schema") if isinstance(data, dict) else type(data).__name__
         raise EvalsuiteError(path, f"schema {got!r}", SCHEMA, "run again with this version")
+    check_cells(path, data.get("cells"))
     return data
+
+
+def check_cells(where: object, cells: object) -> None:
+    """Raises EvalsuiteError unless these are cells with what is read of every one: an id of its own, a status, metrics with
+    their intervals."""
+    if not isinstance(cells, list) or not all(map(_well_formed, cells)):
+        raise EvalsuiteError(where, "cells without an id, a status or whole metrics", "a run's results", "run again")
+    if len({cell["id"] for cell in cells}) < len(cells):
+        raise EvalsuiteError(where, "two cells of one id", "a run's results", "run again")
+
+
+def _well_formed(cell: object) -> bool:
+    if not isinstance(cell, dict) or not all(isinstance(cell.get(name), str) for name in ("id", "status")):
+        return False
+    named = [cell.get(name) or {} for name in ("metrics", "images", "all_parameters", "cost")]
+    if not all(isinstance(one, dict) for one in named) or (cell["status"] == "scored" and not cell.get("metrics")):
+        return False
+    return all(map(_metric, named[0].values())) and all(isinstance(place, str) for place in named[1].values())
+
+
+def _metric(metric: object) -> bool:
+    if not isinstance(metric, dict) or not isinstance(metric.get("ci95"), list) or len(metric["ci95"]) != 2:
+        return False
+    return all(v is None or type(v) in (int, float) for v in (metric.get("value", ""), *metric["ci95"]))
 
 
 def write(directory: Path, header: dict, cells: Iterable[tuple[dict, dict[str, Path]]]) -> dict:
