@@ -14,8 +14,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from evalsuite.errors import EvalsuiteError
-
 #: Most triangles and vertices of a mesh.
 MOST = 1 << 27
 _TYPES = {
@@ -37,14 +35,14 @@ class _Element(NamedTuple):
     row: np.dtype
 
 
-def check_mesh(path: Path, plugin: str, shape_index: int = 0) -> None:
-    """Raises EvalsuiteError for a `ply` or `serialized` file that says it has more than it has, or whose triangles name other
-    vertices than its own; of other plugins' files nothing is read. shape_index: of the meshes in a serialized file."""
-    if plugin in ("ply", "serialized"):
-        status = path.stat()
-        problem = _problem(path, plugin, shape_index, (status.st_mtime_ns, status.st_size))
-        if problem:
-            raise EvalsuiteError(path, problem, f"a complete {plugin} mesh of triangles", "the file is damaged; write it again")
+def mesh_problem(path: Path, plugin: str, shape_index: int = 0) -> str | None:
+    """What is wrong with a `ply` or `serialized` file that says it has more than it has, or whose triangles name other vertices
+    than its own, in words; None for any other. Of other plugins' files nothing is read. shape_index: of the meshes in a
+    serialized file."""
+    if plugin not in ("ply", "serialized"):
+        return None
+    status = path.stat()
+    return _problem(path, plugin, shape_index, (status.st_mtime_ns, status.st_size))
 
 
 @lru_cache(maxsize=256)
@@ -75,14 +73,14 @@ def _ply(data: bytes) -> tuple[int, NDArray]:
     for name, count, row in elements:
         size, left = (len(row), len(words)) if order == "=" else (row.itemsize, len(body))
         if count > MOST or count * size > left - at:
-            raise _Damaged(f"a header that says {count} of '{name}', more than the file holds,")
+            raise _Damaged(f"a header that says {count} of '{name}', more than the file holds")
         if order == "=":
             found[name] = words[at : at + count * size], row
         else:
             found[name] = np.frombuffer(body, row.newbyteorder(order), count, at), row
         at += count * size
     if not {"vertex", "face"} <= set(found):
-        raise _Damaged("no vertices, or no faces,")
+        raise _Damaged("no vertices, or no faces")
     vertices = next(count for name, count, _ in elements if name == "vertex")
     return vertices, _corners(*found["face"])
 
@@ -107,7 +105,7 @@ def _header(lines: list[str]) -> tuple[str, list[_Element]]:
             raise _Damaged(f"the header line '{line[:60]}'")
     names = [name for name, *_ in elements]
     if order is None or len(set(names)) < len(names) or any(len(dict(f)) < len(f) or not f for *_, f in elements):
-        raise _Damaged("a header without a format, or that says something twice,")
+        raise _Damaged("a header without a format, or that says something twice")
     return order, [_Element(name, count, np.dtype(f)) for name, count, f in elements]
 
 
@@ -153,7 +151,7 @@ def _serialized(data: bytes, shape_index: int) -> tuple[int, NDArray]:
 
 def _offset(data: bytes, count: int, shape_index: int) -> tuple[int, int]:
     if not 0 <= shape_index < count:
-        raise _Damaged(f"{count} meshes, of which number {shape_index} is asked for,")
+        raise _Damaged(f"{count} meshes, of which number {shape_index} is asked for")
     for version, size in ((4, 8), (3, 4)):
         table = len(data) - 4 - size * count
         if table < 0 or data[:4] != struct.pack("<HH", 0x041C, version):

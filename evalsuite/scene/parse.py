@@ -14,7 +14,7 @@ from typing import Any
 
 from evalsuite.errors import EvalsuiteError
 from evalsuite.scene.dependencies import is_file
-from evalsuite.scene.mesh_files import check_mesh
+from evalsuite.scene.mesh_files import mesh_problem
 from evalsuite.scene.model import OWN, SceneSource
 
 _PLACE = re.compile(r"(?:At|While loading|Error while loading) (?P<place>[^\n]+? \(line \d+, col \d+\)): ?(?P<what>.*)", re.S)
@@ -188,7 +188,10 @@ class ParsedScene:
             if isinstance(name, str):
                 file = self.file(index)
                 number = self.properties(index).get("shape_index", 0)
-                check_mesh(file, self.plugin(index), number if isinstance(number, int) else 0)
+                problem = mesh_problem(file, self.plugin(index), number if isinstance(number, int) else 0)
+                if problem:
+                    wanted = f"a complete {self.plugin(index)} mesh of triangles"
+                    raise EvalsuiteError(self.location(index), f"{file} with {problem}", wanted, "write the file again")
                 self.nodes[index].props["filename"] = str(file)
 
     def file(self, index: int) -> Path:
