@@ -14,8 +14,9 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from evalsuite.errors import EvalsuiteError
 import damage
+
+from evalsuite.errors import EvalsuiteError
 
 #: Longest that one file may take [s]; most that the process may grow [bytes]; address space, beyond which nothing is given.
 SECONDS, GROWTH, ADDRESS_SPACE = 20.0, 600 << 20, 6 << 30
@@ -121,7 +122,7 @@ def _outcome(read, file: Path) -> str:
         read(file)
     except EvalsuiteError as error:
         line = str(error)
-        if "\n" in line or not line.isprintable() and "\x1b" in line:
+        if not line.isprintable():
             return f"more than one line: {line[:100]!r}"
         if any(word in line.lower() for word in _MEMORY):
             return f"memory was asked for: {line[:200]}"

@@ -195,8 +195,8 @@ def xml_tree(chance: random.Random, good: bytes, corpus: Sequence[bytes]) -> byt
 _LAUGHS = "".join(f'<!ENTITY l{n} "{f"&l{n - 1};" * 10}">' for n in range(1, 10))
 #: Entities that grow to 10⁹ words, entities from other files, files that include themselves or what is no scene.
 TRAPS = (
-    f'<?xml version="1.0"?><!DOCTYPE scene [<!ENTITY l0 "lol">{_LAUGHS}]><scene version="3.0.0">&l9;</scene>'.encode(),
-    f'<?xml version="1.0"?><!DOCTYPE scene [<!ENTITY l0 "lol">{_LAUGHS}]><scene version="3.0.0"><bsdf id="&l9;"/></scene>'.encode(),
+    f'<!DOCTYPE s [<!ENTITY l0 "lol">{_LAUGHS}]><scene version="3.0.0">&l9;</scene>'.encode(),
+    f'<!DOCTYPE s [<!ENTITY l0 "lol">{_LAUGHS}]><scene version="3.0.0"><bsdf id="&l9;"/></scene>'.encode(),
     b'<!DOCTYPE s [<!ENTITY e SYSTEM "file:///etc/passwd">]><scene version="3.0.0"><bsdf type="&e;"/></scene>',
     b'<!DOCTYPE s [<!ENTITY % e SYSTEM "file:///etc/passwd"> %e;]><scene version="3.0.0"/>',
     b'<scene version="3.0.0"><include filename="../../../../../../etc/passwd"/></scene>',
@@ -209,3 +209,26 @@ TRAPS = (
     b'<scene version="3.0.0"><default name="room" value="damaged.xml"/></scene>',
     b'<scene version="3.0.0"><default name="a" value="$a"/><bsdf type="$a"/></scene>',
 )
+
+
+def shader(chance: random.Random, good: bytes, corpus: Sequence[bytes]) -> bytes:
+    """Words of a shader, or what a compiler chokes on."""
+    if chance.random() < 0.25:
+        head, body, kept = good.partition(b"vec3 shade")
+        return head + chance.choice(SHADER_HEADS) + body + kept.replace(b"{", b"{" + chance.choice(SHADER_BODIES), 1)
+    return text(chance, good, corpus)
+
+
+SHADER_HEADS = (
+    b"", b"#include \"/etc/passwd\"\n", b"#include </etc/passwd>\n", b"#version 110\n", b"#line 99999999 99\n", b"#define A A B\n#define B B A\n",
+    b"#if 1\n", b"#error no\n", b"/*", b"#extension all : require\n", b"vec3 f(vec3 x) { return f(x); }\n", b"struct S { S s; };\n",
+    b"float big[100000000];\n", b"float big[2147483647];\n", b"uniform sampler2D more[4096];\n", b"layout(location = 99999) out vec4 o;\n",
+    b"uniform vec4 many[1000000];\n", b"buffer B { float data[]; };\n", b"void main() {}\n", b"struct Surface { int x; };\n", b"\xff\xfe\n",
+    b"#pragma optimize(off)\n", b"precision highp float;\n", b"vec3 shade(Surface s);\n", b"int f(int n) { return n / 0; }\n",
+)  # fmt: skip
+SHADER_BODIES = (
+    b"", b"for (;;) {}", b"for (;;) { if (s.normal.x > 2.0) break; }", b"while (true) discard;", b"float big[1000000]; big[int(s.normal.x)] = 1.0;",
+    b"int i = 0; do { i++; } while (i > -1);", b"discard;", b"return vec3(1.0 / 0.0);", b"return vec3(sqrt(-1.0));", b"return vec3(0.0)", b"}}}}",
+    b"int a[4]; a[1000000000] = 1; return vec3(a[-5]);", b"return texelFetch(env_latlong, ivec2(-1000000000), 999).rgb;",
+    b"return f(s.normal);", b"gl_FragDepth = 0.0 / 0.0;", b"for (int i = 0; i < 2147483647; i++) for (int j = 0; j < 2147483647; j++) if (s.normal.x > float(i)) return vec3(j);",
+)  # fmt: skip

@@ -244,6 +244,26 @@ def shader(folder: Path) -> Reader:
     return Reader("damaged.glsl", [SHADER], damage.text, lambda path: registry.find(str(path)))
 
 
+def drawn_shader(folder: Path) -> Reader:
+    """The same through the compiler and over a small picture."""
+    from small_scene import scene_xml
+
+    from evalsuite.gpu import registry, worker
+    from evalsuite.reference import variants
+    from evalsuite.scene import load
+    from evalsuite.scene.model import SceneSource
+
+    (folder / "scene.xml").write_text(scene_xml())
+    variants.activate()
+    model = load.load(SceneSource(folder / "scene.xml", size=(12, 10))).scene
+
+    def read(path: Path) -> None:
+        registry.find(str(path))
+        worker.render(model, str(path), {}, supersample=1)
+
+    return Reader("damaged.glsl", [SHADER], damage.shader, read)
+
+
 def technique(folder: Path) -> Reader:
     from evalsuite.gpu import registry
 
@@ -355,6 +375,7 @@ READERS: dict[str, Callable[[Path], Reader]] = {
     "serialized": _mesh("serialized", damage.data),
     "report": report,
     "shader": shader,
+    "drawn-shader": drawn_shader,
     "technique": technique,
     "results": results,
     "baseline": baseline,
