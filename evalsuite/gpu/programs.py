@@ -53,9 +53,10 @@ def _assemble(parts: Sequence[Part], defines: Defines) -> str:
     return "\n".join([*head, *body, ""])
 
 
-# Mesa "2:12(5): error: …" and "error: …"; NVIDIA "2(12) : error C0000: …"; AMD and Apple "ERROR: 2:12: …".
+# Mesa "2:12(5): error: …" (also "preprocessor error: …") and "error: …"; NVIDIA "2(12) : error C0000: …";
+# AMD and Apple "ERROR: 2:12: …".
 _MESSAGES = (
-    re.compile(r"^(?P<part>\d+):(?P<line>\d+)\(\d+\): error: (?P<text>.*)$", re.M),
+    re.compile(r"^(?P<part>\d+):(?P<line>\d+)\(\d+\): (?:preprocessor )?error: (?P<text>.*)$", re.M),
     re.compile(r"^(?P<part>\d+)\((?P<line>\d+)\) : error (?P<text>.*)$", re.M),
     re.compile(r"^ERROR: (?P<part>\d+):(?P<line>\d+): (?P<text>.*)$", re.M),
 )

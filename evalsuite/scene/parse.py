@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from evalsuite.errors import EvalsuiteError
+from evalsuite.image.inspect import check_picture
 from evalsuite.scene.dependencies import is_file
 from evalsuite.scene.mesh_files import mesh_problem
 from evalsuite.scene.model import OWN, SceneSource
@@ -187,6 +188,8 @@ class ParsedScene:
                 raise EvalsuiteError(self.location(index), f"a {self.plugin(index)} without a filename", "a file", "name one")
             if isinstance(name, str):
                 file = self.file(index)
+                if self.plugin(index) in ("bitmap", "envmap"):
+                    check_picture(file)
                 number = self.properties(index).get("shape_index", 0)
                 problem = mesh_problem(file, self.plugin(index), number if isinstance(number, int) else 0)
                 if problem:

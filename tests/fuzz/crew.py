@@ -81,6 +81,8 @@ def _one_process(name: str, pending: list[int], seconds: float, tally: Tally) ->
                 tally.findings.append((seed, outcome))
     except EOFError:
         child.join()
+        if child.exitcode == 0:  # grown: the file is told of already
+            return
         seed = current if current in pending else pending[0]
         pending.remove(seed)
         tally.findings.append((seed, f"process died with exit code {child.exitcode}"))

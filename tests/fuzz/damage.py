@@ -220,15 +220,17 @@ def shader(chance: random.Random, good: bytes, corpus: Sequence[bytes]) -> bytes
 
 
 SHADER_HEADS = (
-    b"", b"#include \"/etc/passwd\"\n", b"#include </etc/passwd>\n", b"#version 110\n", b"#line 99999999 99\n", b"#define A A B\n#define B B A\n",
-    b"#if 1\n", b"#error no\n", b"/*", b"#extension all : require\n", b"vec3 f(vec3 x) { return f(x); }\n", b"struct S { S s; };\n",
-    b"float big[100000000];\n", b"float big[2147483647];\n", b"uniform sampler2D more[4096];\n", b"layout(location = 99999) out vec4 o;\n",
-    b"uniform vec4 many[1000000];\n", b"buffer B { float data[]; };\n", b"void main() {}\n", b"struct Surface { int x; };\n", b"\xff\xfe\n",
-    b"#pragma optimize(off)\n", b"precision highp float;\n", b"vec3 shade(Surface s);\n", b"int f(int n) { return n / 0; }\n",
+    b"", b'#include "/etc/passwd"\n', b"#include </etc/passwd>\n", b"#version 110\n", b"#line 99999999 99\n", b"#if 1\n", b"/*",
+    b"#define A A B\n#define B B A\n", b"#error no\n", b"#extension all : require\n", b"vec3 f(vec3 x) { return f(x); }\n",
+    b"struct S { S s; };\n", b"float big[100000000];\n", b"float big[2147483647];\n", b"uniform sampler2D more[4096];\n",
+    b"layout(location = 99999) out vec4 o;\n", b"uniform vec4 many[1000000];\n", b"buffer B { float data[]; };\n",
+    b"void main() {}\n", b"struct Surface { int x; };\n", b"\xff\xfe\n", b"precision highp float;\n", b"vec3 shade(Surface s);\n",
+    b"int f(int n) { return n / 0; }\n",
 )  # fmt: skip
 SHADER_BODIES = (
-    b"", b"for (;;) {}", b"for (;;) { if (s.normal.x > 2.0) break; }", b"while (true) discard;", b"float big[1000000]; big[int(s.normal.x)] = 1.0;",
-    b"int i = 0; do { i++; } while (i > -1);", b"discard;", b"return vec3(1.0 / 0.0);", b"return vec3(sqrt(-1.0));", b"return vec3(0.0)", b"}}}}",
-    b"int a[4]; a[1000000000] = 1; return vec3(a[-5]);", b"return texelFetch(env_latlong, ivec2(-1000000000), 999).rgb;",
-    b"return f(s.normal);", b"gl_FragDepth = 0.0 / 0.0;", b"for (int i = 0; i < 2147483647; i++) for (int j = 0; j < 2147483647; j++) if (s.normal.x > float(i)) return vec3(j);",
+    b"", b"for (;;) {}", b"for (;;) { if (s.normal.x > 2.0) break; }", b"while (true) discard;", b"discard;", b"}}}}",
+    b"int i = 0; do { i++; } while (i > -1);", b"float big[1000000]; big[int(s.normal.x)] = 1.0;", b"return vec3(1.0 / 0.0);",
+    b"return vec3(sqrt(-1.0));", b"return vec3(0.0)", b"int a[4]; a[1000000000] = 1; return vec3(a[-5]);",
+    b"return texelFetch(env_latlong, ivec2(-1000000000), 999).rgb;", b"return f(s.normal);", b"gl_FragDepth = 0.0 / 0.0;",
+    b"for (int i = 0; i < 2147483647; i++) for (int j = 0; j < 2147483647; j++) if (s.normal.x > float(i)) return vec3(j);",
 )  # fmt: skip

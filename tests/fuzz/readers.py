@@ -216,6 +216,20 @@ def _ply(chance, good: bytes, corpus) -> bytes:
     return (damage.text if chance.random() < 0.4 and good.startswith(b"ply\nformat ascii") else damage.data)(chance, good, corpus)
 
 
+def _texture(suffix: str, files: Callable[[Path], list[bytes]]) -> Callable[[Path], Reader]:
+    """A bitmap that a scene names, which Mitsuba reads itself."""
+
+    def reader(folder: Path) -> Reader:
+        from small_scene import scene_xml
+
+        named = f'<string name="filename" value="damaged{suffix}"/>'
+        xml = folder / "scene.xml"
+        xml.write_text(scene_xml(parameters=f'<texture type="bitmap" name="reflectance">{named}</texture>'))
+        return Reader(f"damaged{suffix}", files(folder), damage.data, lambda path: _load(xml))
+
+    return reader
+
+
 def report(folder: Path) -> Reader:
     from evalsuite.plan import load_report, plan
     from evalsuite.scene.builtin import reports_directory
@@ -373,6 +387,10 @@ READERS: dict[str, Callable[[Path], Reader]] = {
     "ply": _mesh("ply", _ply),
     "obj": _mesh("obj", damage.text),
     "serialized": _mesh("serialized", damage.data),
+    "exr-texture": _texture(".exr", exr_files),
+    "hdr-texture": _texture(".hdr", hdr_files),
+    "png-texture": _texture(".png", lambda folder: ldr_files(".png")),
+    "jpg-texture": _texture(".jpg", lambda folder: ldr_files(".jpg")),
     "report": report,
     "shader": shader,
     "drawn-shader": drawn_shader,
