@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from evalsuite.errors import EvalsuiteError
-from evalsuite.image.inspect import check_picture
+from evalsuite.image.exr import read_parts
+from evalsuite.image.inspect import check_picture, is_exr
 from evalsuite.scene.dependencies import is_file
 from evalsuite.scene.mesh_files import mesh_problem
 from evalsuite.scene.model import OWN, SceneSource
@@ -190,6 +191,10 @@ class ParsedScene:
                 file = self.file(index)
                 if self.plugin(index) in ("bitmap", "envmap"):
                     check_picture(file)
+                    if self.plugin(index) == "bitmap" and is_exr(file):  # Mitsuba's own reader can end the process
+                        del self.nodes[index].props["filename"]
+                        self.nodes[index].props["bitmap"] = self.mi.Bitmap(next(iter(read_parts(file).values())))
+                        continue
                 number = self.properties(index).get("shape_index", 0)
                 problem = mesh_problem(file, self.plugin(index), number if isinstance(number, int) else 0)
                 if problem:
