@@ -166,6 +166,8 @@ def report_path(name: str) -> Path:
     if path.suffix == ".toml":
         if not path.is_file():
             raise EvalsuiteError(path, "no such file", "a report definition (.toml)", "check the path")
+        if not path.stem.strip("."):
+            raise EvalsuiteError(path, "no name before .toml", "a report definition NAME.toml", "its results go to a folder NAME")
         return path
     known = {p.stem: p for p in sorted(builtin.reports_directory().glob("*.toml"))}
     if name not in known:

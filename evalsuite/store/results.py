@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -31,6 +32,23 @@ def prepare(directory: Path) -> None:
         probe.unlink()
     except OSError as error:
         raise unwritable(directory, error) from error
+
+
+#: Folders and files that a run writes into, whatever they are links to: the others it replaces.
+OURS = ("images", "cells", "static", "pictures", "history.sqlite")
+
+
+def no_way_out(directory: Path) -> None:
+    """Raises EvalsuiteError where a link in an output folder leads out of it: what is written there, or tidied away, would be
+    elsewhere."""
+    root = Path(directory).resolve()
+    for name in OURS:
+        found = [Path(directory, name)]
+        for folder, folders, _ in os.walk(found[0]):
+            found += [Path(folder, one) for one in folders]
+        for path in found:
+            if path.is_symlink() and not path.resolve().is_relative_to(root):
+                raise EvalsuiteError(path, f"a link to {path.resolve()}", "an output folder that keeps to itself", "remove it")
 
 
 def read(directory: Path) -> dict:
@@ -64,7 +82,20 @@ def _well_formed(cell: object) -> bool:
     named = [cell.get(name) or {} for name in ("metrics", "images", "all_parameters", "cost")]
     if not all(isinstance(one, dict) for one in named) or (cell["status"] == "scored" and not cell.get("metrics")):
         return False
-    return all(map(_metric, named[0].values())) and all(isinstance(place, str) for place in named[1].values())
+    truths = cell.get("truths") or {}
+    if not isinstance(truths, dict) or not all(map(_plain_name, (*truths, *truths.values(), cell.get("environment_id") or "0"))):
+        return False
+    return all(map(_metric, named[0].values())) and all(_plain_name(n) and _within(place) for n, place in named[1].items())
+
+
+def _plain_name(name: object) -> bool:
+    """Whether it names a file or folder in the one it is put in."""
+    return isinstance(name, str) and re.fullmatch(r"[\w=+-][\w.=+-]*", name) is not None
+
+
+def _within(place: object) -> bool:
+    """Whether it is a path that stays below where it begins, as far as its words tell."""
+    return isinstance(place, str) and all(map(_plain_name, place.split("/")))
 
 
 def _metric(metric: object) -> bool:

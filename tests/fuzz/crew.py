@@ -100,7 +100,7 @@ def _work(name: str, seeds: list[int], pipe) -> None:
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         readers = importlib.import_module("readers")
-        reader = readers.READERS[name](Path(folder))
+        reader = readers.READERS.get(name, readers.fault)(Path(folder))
         resource.setrlimit(resource.RLIMIT_AS, (ADDRESS_SPACE, ADDRESS_SPACE))
         before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         for seed in seeds:

@@ -376,6 +376,30 @@ def record(folder: Path) -> Reader:
     return Reader("damaged.exr", [(folder / "good.exr").read_bytes()], damage.data, lambda path: Record.read(path).digest)
 
 
+def fault(folder: Path) -> Reader:
+    """Fails at seed 1 in the way that $FUZZ_FAULT says, for the test of the harness itself."""
+    import os
+    import time
+
+    from evalsuite.errors import EvalsuiteError
+
+    class TwoLines(EvalsuiteError):
+        def __str__(self) -> str:
+            return "one\ntwo"
+
+    def lines() -> None:
+        raise TwoLines("a", "b", "c")
+
+    faults = {"crash": os.abort, "hang": lambda: time.sleep(30), "memory": lambda: bytearray(1 << 30).find(b"x"),
+              "exception": lambda: 1 // 0, "lines": lines}  # fmt: skip
+
+    def draw(chance, good: bytes, corpus) -> bytes:
+        return chance.randbytes(8)
+
+    chosen = damage.mutated(draw, 1, [b""])
+    return Reader("damaged", [b""], draw, lambda path: path.read_bytes() == chosen and faults[os.environ["FUZZ_FAULT"]]())
+
+
 READERS: dict[str, Callable[[Path], Reader]] = {
     "exr": exr_picture,
     "exr-environment": exr_environment,
