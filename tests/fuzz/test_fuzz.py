@@ -8,7 +8,7 @@ from damage import data, mutated
 from readers import READERS
 
 #: Files a format, in every run of the tests and in the slow ones: those that Mitsuba reads take longest.
-FEW = {name: 12 if name.endswith(("-texture", "scene", "ply", "obj", "serialized", "results")) else 60 for name in READERS}
+FEW = {name: 10 if name.endswith(("-texture", "scene", "ply", "obj", "serialized", "results")) else 60 for name in READERS}
 MANY = {name: 1500 if name.endswith(("-texture", "scene", "ply", "obj", "serialized", "results")) else 5000 for name in READERS}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import resource
 import struct
 import subprocess
@@ -13,22 +14,27 @@ import pytest
 from crew import GROWTH
 from readers import _meshes, exr_files
 
-#: Reads a file as `readers` does, prints what came of it and how much the process's peak memory grew [KiB].
+#: Reads files as `readers` does, and prints of each what came of it and how much the process's peak memory grew [KiB].
 READ = """
-import resource, sys
+import json, os, resource, sys
 from pathlib import Path
-sys.path.insert(0, {folder!r})
+sys.path.insert(0, sys.argv[1])
 import readers
 from evalsuite.errors import EvalsuiteError
-reader = readers.READERS[{name!r}](Path.cwd())
-Path(reader.file).write_bytes(Path("huge").read_bytes())
-before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-try:
-    reader.read(Path.cwd() / reader.file)
-    print("accepted")
-except EvalsuiteError as error:
-    print("refused:", error)
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+for case, name in json.loads(sys.argv[2]).items():
+    folder = Path(sys.argv[3]) / f"in-{name}"
+    folder.mkdir(exist_ok=True)
+    os.chdir(folder)
+    reader = readers.READERS[name](folder)
+    file = folder / reader.file
+    file.write_bytes((folder.parent / case).read_bytes())
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    try:
+        reader.read(file)
+        outcome = "accepted"
+    except EvalsuiteError as error:
+        outcome = f"refused: {error}"
+    print(json.dumps([case, outcome, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before]), flush=True)
 """
 
 
@@ -103,16 +109,24 @@ def _film(width: str, height: str) -> bytes:
     return text.replace('name="height" value="40"', f'name="height" value="{height}"').encode()
 
 
+@pytest.fixture(scope="module")
+def outcomes(tmp_path_factory) -> dict[str, tuple[str, int]]:
+    """case → what came of it, growth of memory [KiB]; in one process, which a crash would end."""
+    folder = tmp_path_factory.mktemp("huge")
+    for case, (_, make) in CASES.items():
+        (folder / case).write_bytes(make(folder))
+    names = json.dumps({case: name for case, (name, _) in CASES.items()})
+    words = [sys.executable, "-c", READ, str(Path(__file__).parent), names, str(folder)]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=300, check=False)
+    found = [json.loads(line) for line in done.stdout.splitlines() if line.startswith('["')]
+    return {case: (outcome, growth) for case, outcome, growth in found}
+
+
 @pytest.mark.parametrize("case", CASES)
-def test_refused_before_it_is_made(tmp_path, case):
-    name, make = CASES[case]
-    (tmp_path / "huge").write_bytes(make(tmp_path))
-    script = READ.format(folder=str(Path(__file__).parent), name=name)
-    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == 0, done.stderr
-    outcome, growth = done.stdout.strip().splitlines()[-2:]
+def test_refused_before_it_is_made(outcomes, case):
+    outcome, growth = outcomes[case]
     assert outcome.startswith("refused: ") and "bad_alloc" not in outcome and "MemoryError" not in outcome
-    assert int(growth) << 10 < GROWTH / 2, growth  # Mitsuba itself takes some 100 MB when it first loads a scene
+    assert growth << 10 < GROWTH / 2, growth  # Mitsuba itself takes some 100 MB when it first loads a scene
 
 
 def test_the_measure_sees_memory():
