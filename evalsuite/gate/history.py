@@ -37,7 +37,7 @@ def append(path: Path, check: Mapping, commit: str | None) -> int:
                 [(number, row["id"], row["verdict"], *_error(row), row["picture_change"]) for row in check["cells"]],
             )
             return number
-    except sqlite3.Error as error:
+    except (sqlite3.Error, UnicodeDecodeError) as error:  # the second quotes a damaged file
         raise EvalsuiteError(
             path, str(error), "a history of checks that can be written", "move it away to begin a new one"
         ) from error

@@ -94,7 +94,7 @@ def _header(lines: list[str]) -> tuple[str, list[_Element]]:
             continue
         if words[0] == "format" and (order := _ORDERS.get(" ".join(words[1:]))):
             continue
-        if words[0] == "element" and len(words) == 3 and re.fullmatch(r"\d{1,12}", words[2]):
+        if words[0] == "element" and len(words) == 3 and re.fullmatch(r"\d{1,18}", words[2]):
             fields = []
             elements.append((words[1], int(words[2]), fields))
         elif words[0] == "property" and elements and len(words) == 3 and words[1] in _TYPES:
