@@ -72,6 +72,10 @@ def check_cells(where: object, cells: object) -> None:
     their intervals."""
     if not isinstance(cells, list) or not all(map(_well_formed, cells)):
         raise EvalsuiteError(where, "cells without an id, a status or whole metrics", "a run's results", "run again")
+    for cell in cells:
+        for name, place in (cell.get("images") or {}).items():
+            if not (_plain_name(name) and _within(place)):
+                raise EvalsuiteError(where, f"{place!r} as {name} of {cell['id']}", "a picture in its folder", "run again")
     if len({cell["id"] for cell in cells}) < len(cells):
         raise EvalsuiteError(where, "two cells of one id", "a run's results", "run again")
 
@@ -85,7 +89,7 @@ def _well_formed(cell: object) -> bool:
     truths = cell.get("truths") or {}
     if not isinstance(truths, dict) or not all(map(_plain_name, (*truths, *truths.values(), cell.get("environment_id") or "0"))):
         return False
-    return all(map(_metric, named[0].values())) and all(_plain_name(n) and _within(place) for n, place in named[1].items())
+    return all(map(_metric, named[0].values()))
 
 
 def _plain_name(name: object) -> bool:
