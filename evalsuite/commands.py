@@ -46,6 +46,7 @@ def run_report(
     from evalsuite.report import page
 
     store_results.prepare(directory)
+    store_results.no_way_out(directory)
     earlier = store_results.read(directory)["cells"] if missing_only and (directory / "results.json").exists() else []
     made = {c["id"]: c for c in earlier if c["status"] == "scored"}
     # Only a cell that the same command would make again is not missing: another quality or size is another result.

@@ -79,6 +79,7 @@ def check(
         store_results.prepare(path.parent)
     if render:
         _run(report, blessed, asked, directory, jobs, read_cache, console)
+    store_results.no_way_out(directory)
     run = Run(directory, store_results.read(directory))
     complete = _choice_of(run.results.get("run") or {}) == _choice_of(blessed.run)
     rows = judge(run, blessed, complete)

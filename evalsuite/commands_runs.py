@@ -34,6 +34,7 @@ def compare_folders(a: Path, b: Path, directory: Path | None) -> dict:
         if (directory / "results.json").exists():
             raise EvalsuiteError(directory, "the folder of a run", "a folder of its own for the comparison", "choose another -o")
         store_results.prepare(directory)
+        store_results.no_way_out(directory)
     comparison = {"schema": SCHEMA, "confidence": 0.95, **sides, **compare_runs(first, second)}
     if directory is not None:
         page.write(comparison, first, second, directory)

@@ -17,7 +17,9 @@ class EvalsuiteError(Exception):
 
     def __str__(self) -> str:
         text = f"{self.where}: got {self.got}, expected {self.expected}"
-        return " ".join((f"{text}; {self.fix}" if self.fix else text).split())
+        line = " ".join((f"{text}; {self.fix}" if self.fix else text).split())
+        # What a damaged file holds is quoted; it must not steer a terminal.
+        return "".join(c if c.isprintable() else "\ufffd" for c in line)
 
 
 class MachineLacks(EvalsuiteError):

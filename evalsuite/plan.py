@@ -166,6 +166,8 @@ def report_path(name: str) -> Path:
     if path.suffix == ".toml":
         if not path.is_file():
             raise EvalsuiteError(path, "no such file", "a report definition (.toml)", "check the path")
+        if not path.stem.strip("."):
+            raise EvalsuiteError(path, "no name before .toml", "a report definition NAME.toml", "its results go to a folder NAME")
         return path
     known = {p.stem: p for p in sorted(builtin.reports_directory().glob("*.toml"))}
     if name not in known:
@@ -187,7 +189,7 @@ def load_report(name: str) -> Report:
     path = report_path(name)
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise EvalsuiteError(path, str(error), "a TOML report definition", "mend the file there") from error
     strange = set(data) - {"title", "description", "size", "group"}
     if strange or not isinstance(data.get("group"), list):
@@ -200,6 +202,8 @@ def load_report(name: str) -> Report:
     groups = []
     for number, table in enumerate(data["group"], 1):
         where = f"{path} [[group]] {number}"
+        if not isinstance(table, dict):
+            raise EvalsuiteError(where, repr(table)[:60], "a table")
         strange = set(table) - _GROUP_KEYS
         if strange:
             raise EvalsuiteError(where, f"unknown key '{sorted(strange)[0]}'", ", ".join(sorted(_GROUP_KEYS)))
@@ -215,6 +219,10 @@ def load_report(name: str) -> Report:
         parameters = table.get("parameters", {})
         if not isinstance(parameters, dict):
             raise EvalsuiteError(f"{where}, parameters", repr(parameters), "a table of name = value or [values]")
+        for key, values in parameters.items():
+            swept = values if isinstance(values, list) else [values]
+            if not swept or not all(isinstance(value, str | int | float) for value in swept):
+                raise EvalsuiteError(f"{where}, parameters.{key}", repr(values)[:60], "a number or word, or a list of them")
         groups.append(
             Group(
                 name=str(table.get("name", number)),

@@ -33,7 +33,10 @@ Param = Annotated[
 ]
 Quality = Annotated[str | None, typer.Option(help="draft (2 %), standard (0.5 %) or publication (0.1 %).")]
 TargetError = Annotated[float | None, typer.Option(help="Relative standard error of the reference, instead of --quality.")]
-Seed = Annotated[int, typer.Option(help="Seed of every random number.")]
+#: Largest seed, as a baseline can remember it.
+LARGEST_SEED = 2**31 - 1
+Seed = Annotated[int, typer.Option(min=0, max=LARGEST_SEED, help="Seed of every random number.")]
+Jobs = Annotated[int | None, typer.Option(min=1, max=256, help="Comparison processes; default: one a core.")]
 NoCache = Annotated[bool, typer.Option("--no-cache", help="Render everything anew (and store it).")]
 RepairEnv = Annotated[bool, typer.Option("--repair-env", help="Replace NaN and Inf texels instead of refusing the map.")]
 

@@ -10,7 +10,9 @@ from typing import Annotated
 import typer
 
 from evalsuite.cli.app import (
+    LARGEST_SEED,
     Env,
+    Jobs,
     Json,
     NoCache,
     Param,
@@ -47,7 +49,7 @@ def run(
     size: Size = None,
     out_dir: Annotated[Path | None, typer.Option("--out", help="Output folder; default reports/build/REPORT.")] = None,
     seed: Seed = 0,
-    jobs: Annotated[int | None, typer.Option(help="Comparison processes; default: one a core.")] = None,
+    jobs: Jobs = None,
     no_cache: NoCache = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only list the cells.")] = False,
     missing_only: Annotated[
@@ -58,7 +60,8 @@ def run(
         bool, typer.Option("--until-decided", help="Sample on where noise could change the order of techniques, up to the cap.")
     ] = False,
     cap: Annotated[
-        int | None, typer.Option(metavar="SPP", help="Samples per pixel at which a reference stops; default: the quality's.")
+        int | None,
+        typer.Option(metavar="SPP", max=1 << 31, help="Samples per pixel at which a reference stops; default: the quality's."),
     ] = None,
     no_ledger: Annotated[bool, typer.Option("--no-ledger", help="Do not split errors by cause: quicker.")] = False,
     headroom: Annotated[bool, typer.Option("--headroom", help="Also search the best value of each free parameter.")] = False,
@@ -130,8 +133,8 @@ def check(
     target_error: TargetError = None,
     size: Size = None,
     out_dir: Annotated[Path | None, typer.Option("--out", help="Output folder; default reports/build/REPORT.")] = None,
-    seed: Annotated[int | None, typer.Option(help="Another seed than the baseline's.")] = None,
-    jobs: Annotated[int | None, typer.Option(help="Comparison processes; default: one a core.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, max=LARGEST_SEED, help="Another seed than the baseline's.")] = None,
+    jobs: Jobs = None,
     no_cache: NoCache = False,
     repair_env: RepairEnv = False,
     no_ledger: Annotated[bool, typer.Option("--no-ledger", help="Do not split errors by cause: quicker.")] = False,

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from evalsuite.errors import EvalsuiteError
 from evalsuite.image import exr
+from evalsuite.store.results import check_cells
 
 
 @dataclass(frozen=True)
@@ -23,12 +24,8 @@ class Run:
     @property
     def cells(self) -> dict[str, Mapping]:
         """id → cell. Raises EvalsuiteError where results.json holds something else."""
-        found = self.results.get("cells")
-        if not isinstance(found, list) or not all(map(_well_formed, found)):
-            raise EvalsuiteError(
-                self.directory / "results.json", "cells without an id, a status or whole metrics", "a run's results"
-            )
-        return {cell["id"]: cell for cell in found}
+        check_cells(f"{self.directory}/results.json", self.results.get("cells"))
+        return {cell["id"]: cell for cell in self.results["cells"]}
 
     def step(self, cell: Mapping) -> float:
         """How far, relative, rounding in the folder may carry apart two pixels that were almost equal."""
@@ -48,18 +45,6 @@ class Run:
                 self.directory / "results.json", f"{path!r} as {name} of {cell['id']}", "a picture in its folder"
             )
         return place
-
-
-def _well_formed(cell: object) -> bool:
-    """Whether a cell has what is read of it here."""
-    if not isinstance(cell, dict) or not all(isinstance(cell.get(name), str) for name in ("id", "status")):
-        return False
-    named = [cell.get(name) or {} for name in ("metrics", "images", "all_parameters", "cost")]
-    if not all(isinstance(one, dict) for one in named):
-        return False
-    metrics = [m for m in named[0].values() if isinstance(m, dict) and isinstance(m.get("ci95"), list) and len(m["ci95"]) == 2]
-    numbers = [v for m in metrics for v in (m.get("value"), *m["ci95"])]
-    return len(metrics) == len(named[0]) and all(v is None or isinstance(v, int | float) for v in numbers)
 
 
 def changes(a: Mapping, b: Mapping) -> list[dict]:

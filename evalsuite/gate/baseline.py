@@ -14,6 +14,7 @@ from pathlib import Path
 from evalsuite.errors import EvalsuiteError
 from evalsuite.gate.record import Record
 from evalsuite.store.cache import write_atomic
+from evalsuite.store.json_file import read_json
 from evalsuite.store.results import slug
 
 SCHEMA = "evalsuite.baseline/1"
@@ -89,10 +90,10 @@ class Baseline:
 def read(path: Path) -> Baseline:
     """Raises EvalsuiteError for a file that is absent, damaged or of another schema, naming the cell at fault."""
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = read_json(path)
     except FileNotFoundError:
         raise EvalsuiteError(path, "no such file", "a blessed baseline", "type `evalsuite run`, then `evalsuite bless`") from None
-    except (OSError, ValueError, RecursionError) as error:
+    except (OSError, ValueError) as error:
         fix = "restore it from version control, or delete it and bless again"
         raise EvalsuiteError(path, f"a file that does not read ({error})", "a blessed baseline", fix) from error
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
@@ -168,7 +169,7 @@ def _metric(value: object) -> bool:
     if not isinstance(value, dict) or not isinstance(value.get("ci95"), list) or len(value["ci95"]) != 2:
         return False
     return all(
-        n is None or (isinstance(n, int | float) and not isinstance(n, bool)) for n in (value.get("value"), *value["ci95"])
+        n is None or (isinstance(n, int | float) and not isinstance(n, bool)) for n in (value.get("value", ""), *value["ci95"])
     )
 
 

@@ -110,7 +110,7 @@ def undo(path: Path, dry_run: bool = False) -> tuple[Baseline | None, Baseline]:
     now, place = baselines.read(path) if path.exists() else None, path.with_suffix("") / PREVIOUS
     if not place.exists():
         raise EvalsuiteError(place, "no such file", "the state before the last bless", "there is nothing to undo")
-    empty = place.read_text(encoding="utf-8").strip() == "null"
+    empty = place.read_bytes().strip() == b"null"
     before = None if empty else replace(baselines.read(place), path=path)
     if dry_run:
         return before, now or Baseline(path)

@@ -20,6 +20,9 @@ CREATE TABLE IF NOT EXISTS cells (
     rel_rmse REAL, low REAL, high REAL, picture_change REAL, seed INTEGER, PRIMARY KEY (number, cell));
 """
 
+#: No relative error is; what a damaged file says may be.
+LARGEST = 1e12
+
 
 class Cell(NamedTuple):
     """A cell of one check: rel_rmse with its 95 % interval, and the seed of the reference's noise; None where there is none."""
@@ -63,7 +66,7 @@ def append(path: Path, check: Mapping, commit: str | None) -> int:
                 [(number, r["id"], r["verdict"], *_error(r), r["picture_change"], r.get("seed")) for r in check["cells"]],
             )
             return number
-    except (sqlite3.Error, OSError) as error:
+    except (sqlite3.Error, OSError, UnicodeDecodeError) as error:  # the last quotes a damaged file
         raise _unusable(path, error) from error
 
 
@@ -83,9 +86,24 @@ def read(path: Path, report: str, last: int) -> list[Check]:
             for number, cell, *facts in database.execute(query, (min(checks, default=0),)):
                 if number in checks:
                     checks[number].cells[cell] = Cell(*facts)
-            return list(checks.values())
-    except sqlite3.Error as error:
+    except (sqlite3.Error, UnicodeDecodeError) as error:
         raise _unusable(path, error) from error
+    for check in checks.values():
+        if not _sound(check):
+            raise _unusable(path, ValueError(f"values of another kind in check {check.number}"))
+    return list(checks.values())
+
+
+def _sound(check: Check) -> bool:
+    """SQLite keeps what it is given, whatever a column is declared as, and a damaged file gives anything."""
+    numbers = (v for c in check.cells.values() for v in (c.rel_rmse, c.low, c.high))
+    texts = (check.created, check.commit or "", check.gl_renderer or "", *check.cells, *(c.verdict for c in check.cells.values()))
+    seeds = (c.seed for c in check.cells.values())
+    return (
+        all(v is None or (isinstance(v, int | float) and abs(v) < LARGEST) for v in numbers)
+        and all(isinstance(text, str) for text in texts)
+        and all(seed is None or isinstance(seed, int) for seed in seeds)
+    )
 
 
 def _has_seeds(database: sqlite3.Connection) -> bool:

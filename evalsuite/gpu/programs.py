@@ -53,9 +53,10 @@ def _assemble(parts: Sequence[Part], defines: Defines) -> str:
     return "\n".join([*head, *body, ""])
 
 
-# Mesa "2:12(5): error: …" and "error: …"; NVIDIA "2(12) : error C0000: …"; AMD and Apple "ERROR: 2:12: …".
+# Mesa "2:12(5): error: …" (also "preprocessor error: …") and "error: …"; NVIDIA "2(12) : error C0000: …";
+# AMD and Apple "ERROR: 2:12: …".
 _MESSAGES = (
-    re.compile(r"^(?P<part>\d+):(?P<line>\d+)\(\d+\): error: (?P<text>.*)$", re.M),
+    re.compile(r"^(?P<part>\d+):(?P<line>\d+)\(\d+\): (?:preprocessor )?error: (?P<text>.*)$", re.M),
     re.compile(r"^(?P<part>\d+)\((?P<line>\d+)\) : error (?P<text>.*)$", re.M),
     re.compile(r"^ERROR: (?P<part>\d+):(?P<line>\d+): (?P<text>.*)$", re.M),
 )
@@ -84,7 +85,7 @@ def program(
     stages = {"vertex_shader": vertex, "geometry_shader": geometry, "fragment_shader": fragment}
     try:
         return gl.program(**{name: _assemble(parts, defines) for name, parts in stages.items() if parts})
-    except moderngl.Error as error:
+    except (moderngl.Error, KeyError) as error:  # KeyError: an #include, of which there are none
         stage = next((parts for name, parts in stages.items() if parts and name in str(error)), fragment)
         raise _compile_error(str(error), stage, stage[-1].name) from error
 
@@ -94,7 +95,7 @@ def compute(parts: tuple[Part, ...], defines: Defines = ()) -> moderngl.ComputeS
     """Compiled compute shader, with errors as `program`."""
     try:
         return context.get().compute_shader(_assemble(parts, defines))
-    except moderngl.Error as error:
+    except (moderngl.Error, KeyError) as error:  # KeyError: an #include, of which there are none
         raise _compile_error(str(error), parts, parts[-1].name) from error
 
 

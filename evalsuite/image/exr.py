@@ -23,6 +23,9 @@ from evalsuite.image.files import FORMATS, read_bytes, replacing
 
 #: Largest picture read [pixels]: a 16k × 8k environment. A damaged header can ask for terabytes, which must not be tried.
 MAX_PIXELS = 1 << 27
+#: Most channels of such a picture, and what one byte of a file can hold of half floats [bytes], with DWA and without: black
+#: pictures measure 11 700 and 900.
+MAX_CHANNELS, MOST_PACKED = 8, {True: 1 << 16, False: 1 << 12}
 
 Image = NDArray[np.float32]
 
@@ -149,8 +152,22 @@ def _check_header(path: Path, header: Mapping[str, object]) -> None:
     width, height = (int(n) for n in high - low + 1)
     if width < 1 or height < 1 or width * height > MAX_PIXELS:
         raise EvalsuiteError(path, f"{width} × {height} pixels", f"1 to {MAX_PIXELS} pixels")
+    check_claim(path, header)
     if "deep" in str(header.get("type", "")):
         raise EvalsuiteError(path, "deep data", "a flat picture")
+
+
+def check_claim(path: Path, header: Mapping[str, object]) -> None:
+    """Raises EvalsuiteError for a header that says more pixels than its file can hold, before room is made for them."""
+    low, high = (np.asarray(v, dtype=np.int64) for v in header["dataWindow"])
+    width, height = (int(n) for n in high - low + 1)
+    claimed = 2 * width * height * max(1, len(header.get("channels", ())))
+    size, packed = path.stat().st_size, MOST_PACKED["DWA" in str(header.get("compression"))]
+    if claimed > size * packed or claimed > 2 * MAX_CHANNELS * MAX_PIXELS:
+        raise EvalsuiteError(path, f"{width} × {height} pixels in {size} bytes", "a complete OpenEXR picture", "it is damaged")
+    tile = header.get("tiles")
+    if tile is not None and int(tile.xSize) * int(tile.ySize) > MAX_PIXELS:
+        raise EvalsuiteError(path, f"tiles of {tile.xSize} × {tile.ySize} pixels", f"at most {MAX_PIXELS} pixels")
 
 
 def _channels(path: Path, channels: Mapping[str, OpenEXR.Channel]) -> Image:

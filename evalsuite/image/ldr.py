@@ -15,6 +15,19 @@ from evalsuite.image.files import replacing
 
 SUFFIXES = (".png", ".jpg", ".jpeg")
 _PNG = b"\x89PNG\r\n\x1a\n"
+MAGIC = (_PNG[:4], b"\xff\xd8\xff")
+#: Most pixels that a byte of a file holds: black of one bit a pixel, deflated.
+MOST_PACKED = 8 * 1032
+
+
+def check_size(path: Path, data: bytes, max_pixels: int) -> None:
+    """Raises EvalsuiteError for a header that cannot be read, or says more than max_pixels or than the file can hold."""
+    try:
+        height, width = iio.improps(data, plugin="pillow").shape[:2]
+    except Exception as error:  # as in `read`
+        raise EvalsuiteError(path, f"a damaged or oversized picture ({error})", "a complete PNG or JPEG picture") from error
+    if height * width > min(max_pixels, len(data) * MOST_PACKED):
+        raise EvalsuiteError(path, f"{width} × {height} pixels in {len(data)} bytes", "a complete PNG or JPEG picture")
 
 
 def read(path: Path, data: bytes, max_pixels: int) -> NDArray[np.float32]:
@@ -23,10 +36,10 @@ def read(path: Path, data: bytes, max_pixels: int) -> NDArray[np.float32]:
         if data.startswith(_PNG) and data[24:25] == b"\x10":
             codes = _png16(data, max_pixels)  # Pillow, below imageio, would drop the lower 8 bits without a word
         else:
-            height, width = iio.improps(data, plugin="pillow").shape[:2]
-            if height * width > max_pixels:
-                raise ValueError(f"{width} × {height} pixels")
+            check_size(path, data, max_pixels)
             codes = iio.imread(data, plugin="pillow")
+    except EvalsuiteError:
+        raise
     except Exception as error:  # imageio's plugins raise OSError, SyntaxError, ValueError … on damaged files
         raise EvalsuiteError(path, f"a damaged or oversized picture ({error})", "a complete PNG or JPEG picture") from error
     encoded = codes.astype(np.float32) / np.float32(65535 if codes.dtype == np.uint16 else 1 if codes.dtype == bool else 255)
@@ -53,7 +66,7 @@ def _png16(data: bytes, max_pixels: int) -> NDArray[np.uint16]:
     """(H, W, C) from a 16-bit, non-interlaced PNG (W3C PNG specification, third edition, §9: filtering)."""
     width, height = (int.from_bytes(data[i : i + 4], "big") for i in (16, 20))
     channels = {0: 1, 2: 3, 4: 2, 6: 4}[data[25]]
-    if data[28] or not 0 < width * height <= max_pixels:
+    if data[28] or not 0 < width * height <= min(max_pixels, len(data) * MOST_PACKED):
         raise ValueError(f"interlaced, or {width} × {height} pixels")
     packed, at = bytearray(), 8
     while data[at + 4 : at + 8] != b"IEND":
@@ -64,7 +77,8 @@ def _png16(data: bytes, max_pixels: int) -> NDArray[np.uint16]:
             packed += data[at + 8 : at + 8 + length]
         at += 12 + length
     lane = 2 * channels  # bytes a pixel
-    rows = np.frombuffer(zlib.decompress(packed), np.uint8).reshape(height, 1 + width * lane)
+    size = height * (1 + width * lane)
+    rows = np.frombuffer(zlib.decompressobj().decompress(packed, size), np.uint8).reshape(height, 1 + width * lane)
     out = np.zeros((height + 1, width, lane), np.uint8)
     for y, row in enumerate(rows):
         out[y + 1] = _unfilter(int(row[0]), row[1:].reshape(width, lane), out[y])

@@ -38,6 +38,8 @@ def _scanlines(data: bytes, at: int, width: int, height: int, where: Path) -> ND
         if flat.size != width * height * 4:  # too few: truncated; else the run-length scheme of before 1991
             raise EvalsuiteError(where, f"{flat.size} bytes of pixels for {width} × {height}", _EXPECTED)
         return flat.reshape(height, width, 4)
+    if len(data) - at < height * (4 + 8 * -(-width // 127)):  # all of it runs: the shortest that there is
+        raise EvalsuiteError(where, f"{len(data) - at} bytes of pixels for {width} × {height}", _EXPECTED)
     rows = np.empty((height, 4, width), np.uint8)
     for y in range(height):
         if data[at : at + 4] != bytes((2, 2, width >> 8, width & 255)):

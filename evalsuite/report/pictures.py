@@ -84,6 +84,9 @@ def prepare(cell: Mapping, slug: str, directory: Path) -> Prepared:
     paths = {
         name: directory / cell["images"][name] for name in (*titles(cell), *NOISE, "mask") if cell.get("images", {}).get(name)
     }
+    outside = [name for name, path in paths.items() if not path.resolve().is_relative_to(directory.resolve())]
+    if outside:
+        return Prepared(problems=(f"pictures outside the report's folder cannot be shown: {', '.join(outside)}",))
     if not paths:
         return Prepared()
     sidecar = directory / "cells" / f"{slug}.json"

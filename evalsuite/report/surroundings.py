@@ -25,7 +25,7 @@ def section(cell: Mapping, directory: Path) -> dict[str, object] | None:
     """What `environment.html` shows of a cell's environment, None where it has no map or its file cannot be read. Writes the
     picture, which all cells of an environment share, unless it is there. Raises EvalsuiteError if the folder is not writable."""
     given = (cell.get("images") or {}).get("environment")
-    if not given:
+    if not given or not (directory / given).resolve().is_relative_to(Path(directory).resolve()):
         return None
     try:
         radiance = exr.read(directory / given)

@@ -154,10 +154,14 @@ def _resolve(name_or_path: str | Path, names: dict[str, Path], kind: str, suffix
     text = os.fspath(name_or_path)
     if text in names and names[text].is_file():
         return names[text]
-    path, wanted = Path(text).expanduser(), f"{' or '.join(suffixes)} file"
-    if path.is_file():
+    path, wanted = Path(os.path.expanduser(text)), f"{' or '.join(suffixes)} file"
+    try:
+        is_file, is_folder = path.is_file(), path.is_dir()
+    except (OSError, ValueError):  # no name of a file: too long, or with a null
+        is_file = is_folder = False
+    if is_file:
         return path
-    if path.is_dir():
+    if is_folder:
         raise EvalsuiteError(text, "a folder", f"a path to a {wanted} or one of {', '.join(names)}")
     if text in names or path.suffix.lower() in suffixes or path.name != text:
         raise EvalsuiteError(names.get(text, path), "no such file", f"a readable {wanted}", _near(text, names))

@@ -62,7 +62,7 @@ def room_path(path: Path, defines: Defines | None = None) -> Path | None:
     if not name:
         return None
     room = Path(path).resolve().parent / name
-    if not room.is_file():
+    if not is_file(room):
         raise EvalsuiteError(
             path,
             f"no file '{name}' for its parameter {ROOM}",
@@ -108,6 +108,14 @@ def _with_room(path: Path, defines: Defines | None) -> _Facts:
     return facts
 
 
+def is_file(path: Path) -> bool:
+    """Whether it is one; a name that no file can have (too long, with a null) names none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
 def _collect(path: Path, root: Path, facts: _Facts) -> None:
     if path in facts.files:
         return
@@ -124,6 +132,8 @@ def _collect(path: Path, root: Path, facts: _Facts) -> None:
             "a Mitsuba XML scene",
             "mend the file there",
         ) from error
+    except (LookupError, ValueError, RecursionError) as error:  # of encodings that there are not, or of several bytes
+        raise EvalsuiteError(path, f"XML that does not parse ({error})", "a Mitsuba XML scene", "mend the file") from error
     for element in tree.iter("default"):
         name, value = element.get("name", ""), element.get("value", "")
         facts.declared.setdefault(name, value)
@@ -136,11 +146,7 @@ def _collect(path: Path, root: Path, facts: _Facts) -> None:
                 continue
             for base in (root, path.parent):
                 candidate = base / value
-                try:
-                    is_file = candidate.is_file()
-                except OSError:
-                    is_file = False
-                if is_file:
+                if is_file(candidate):
                     if element.tag == "include":
                         _collect(candidate.resolve(), root, facts)
                     else:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evalsuite.errors import EvalsuiteError
+from evalsuite.image.exr import MAX_PIXELS
 from evalsuite.scene.dependencies import check_parameters, room_path
 from evalsuite.scene.environment import clean_environment, read_environment, scaled
 from evalsuite.scene.materials import describe_material
@@ -25,6 +26,8 @@ from evalsuite.scene.sky import bake_sky
 from evalsuite.scene.tessellate import CANONICAL
 
 ENVIRONMENTS = ("envmap", "constant", "sunsky")
+#: Largest side of a picture [pixels], as for --size.
+MAX_FILM = 16384
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,6 +255,13 @@ def _camera(source: SceneSource, refused: list[str]) -> tuple[Camera, Any]:
             refused.append(f"a medium about the sensor '{plugin}' ({parsed.location(index)})")
         elif parsed.kind(child) in ("Film", "Sampler"):
             parsed.remove_child(index, child)
+    fits = all(1 <= n <= MAX_FILM for n in size) and size[0] * size[1] <= MAX_PIXELS
+    if not fits or min(crop[:2]) < 0 or min(crop[2:]) < 1 or crop[0] + crop[2] > size[0] or crop[1] + crop[3] > size[1]:
+        where = parsed.location(films[0]) if films else source.path
+        raise EvalsuiteError(
+            where, f"a film of {size[0]}×{size[1]} pixels, cropped at {crop[0]}, {crop[1]} to {crop[2]}×{crop[3]}",
+            f"1 to {MAX_FILM} pixels a side, {MAX_PIXELS} in all, and a crop window inside", "mend the film, or give --size",
+        )  # fmt: skip
     film = mi.load_dict(
         {
             "type": "hdrfilm",

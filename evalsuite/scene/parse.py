@@ -13,6 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from evalsuite.errors import EvalsuiteError
+from evalsuite.image.exr import read_parts
+from evalsuite.image.inspect import check_picture, is_exr
+from evalsuite.scene.dependencies import is_file
+from evalsuite.scene.mesh_files import mesh_problem
 from evalsuite.scene.model import OWN, SceneSource
 
 _PLACE = re.compile(r"(?:At|While loading|Error while loading) (?P<place>[^\n]+? \(line \d+, col \d+\)): ?(?P<what>.*)", re.S)
@@ -21,6 +25,8 @@ _XML_FILE = re.compile(r'(?:Parsing of XML file|Error while loading XML file) "(
 
 #: BSDFs that change another one, which their first child is.
 WRAPPERS = ("twosided", "normalmap")
+#: Plugins that end the process when they are given no file.
+OF_FILES = ("bitmap", "ply", "obj", "serialized")
 
 
 class ParsedScene:
@@ -178,17 +184,32 @@ class ParsedScene:
                 continue
             seen.add(index)
             pending += self.children(index)
-            if isinstance(self.properties(index).get("filename"), str):
-                self.nodes[index].props["filename"] = str(self.file(index))
+            name = self.properties(index).get("filename")
+            if self.plugin(index) in OF_FILES and not isinstance(name, str):
+                raise EvalsuiteError(self.location(index), f"a {self.plugin(index)} without a filename", "a file", "name one")
+            if isinstance(name, str):
+                file = self.file(index)
+                if self.plugin(index) in ("bitmap", "envmap"):
+                    check_picture(file)
+                    if self.plugin(index) == "bitmap" and is_exr(file):  # Mitsuba's own reader can end the process
+                        del self.nodes[index].props["filename"]
+                        self.nodes[index].props["bitmap"] = self.mi.Bitmap(next(iter(read_parts(file).values())))
+                        continue
+                number = self.properties(index).get("shape_index", 0)
+                problem = mesh_problem(file, self.plugin(index), number if isinstance(number, int) else 0)
+                if problem:
+                    wanted = f"a complete {self.plugin(index)} mesh of triangles"
+                    raise EvalsuiteError(self.location(index), f"{file} with {problem}", wanted, "write the file again")
+                self.nodes[index].props["filename"] = str(file)
 
     def file(self, index: int) -> Path:
         """Absolute path of a node's `filename`. Raises EvalsuiteError when there is no such file."""
         name = str(self.properties(index)["filename"])
         path = self.path.parent / name  # an absolute name stays as it is
-        if not path.exists():
+        if not is_file(path):
             with self._scene_folder():
                 path = Path(str(self.mi.file_resolver().resolve(name)))  # Mitsuba's own data
-        if not path.exists():
+        if not is_file(path):
             raise EvalsuiteError(
                 self.location(index),
                 f"no file '{name}'",

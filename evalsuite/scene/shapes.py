@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from evalsuite.errors import EvalsuiteError
 from evalsuite.scene.model import TriangleMesh
 from evalsuite.scene.tessellate import CANONICAL, Triangles, orient, place, unweld
 
@@ -17,7 +18,8 @@ def shape_triangles(shape: Any, plugin: str) -> Triangles | None:
     """World-space triangles of a Mitsuba shape, None for one that is neither a mesh nor in `tessellate.CANONICAL`.
 
     The winding is counter-clockwise seen from the side that Mitsuba's shading normals point to, whatever mirroring
-    transforms or `flip_normals` did. Meshes without vertex normals come back unwelded.
+    transforms or `flip_normals` did. Meshes without vertex normals come back unwelded. Raises EvalsuiteError for a mesh
+    without triangles, or whose vertices are not finite.
     """
     if plugin in CANONICAL:
         return _tessellated(shape, plugin)
@@ -26,8 +28,12 @@ def shape_triangles(shape: Any, plugin: str) -> Triangles | None:
     import drjit as dr
     import mitsuba as mi
 
+    if not shape.face_count():
+        raise EvalsuiteError(f"shape '{shape.id()}'", "no triangles", "a mesh with at least one", "mend its file")
     vertices, triangles = dr.arange(mi.UInt32, shape.vertex_count()), dr.arange(mi.UInt32, shape.face_count())
     positions = _rows(shape.vertex_position(vertices), shape.vertex_count())
+    if not np.isfinite(positions).all():
+        raise EvalsuiteError(f"shape '{shape.id()}'", "a vertex at NaN or Inf", "finite positions", "mend its file")
     uvs = _rows(shape.vertex_texcoord(vertices), shape.vertex_count()) if shape.has_vertex_texcoords() else None
     faces = _rows(shape.face_indices(triangles), shape.face_count()).astype(np.uint32)
     seen = _seen_normals(shape)

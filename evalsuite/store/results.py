@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -11,6 +12,7 @@ from pathlib import Path
 from evalsuite.errors import EvalsuiteError
 from evalsuite.store import kept
 from evalsuite.store.cache import unwritable, write_atomic
+from evalsuite.store.json_file import read_json
 
 SCHEMA = "evalsuite.results/1"
 
@@ -32,11 +34,28 @@ def prepare(directory: Path) -> None:
         raise unwritable(directory, error) from error
 
 
+#: Folders and files that a run writes into, whatever they are links to: the others it replaces.
+OURS = ("images", "cells", "static", "pictures", "history.sqlite")
+
+
+def no_way_out(directory: Path) -> None:
+    """Raises EvalsuiteError where a link in an output folder leads out of it: what is written there, or tidied away, would be
+    elsewhere."""
+    root = Path(directory).resolve()
+    for name in OURS:
+        found = [Path(directory, name)]
+        for folder, folders, _ in os.walk(found[0]):
+            found += [Path(folder, one) for one in folders]
+        for path in found:
+            if path.is_symlink() and not path.resolve().is_relative_to(root):
+                raise EvalsuiteError(path, f"a link to {path.resolve()}", "an output folder that keeps to itself", "remove it")
+
+
 def read(directory: Path) -> dict:
     """results.json of a folder. Raises EvalsuiteError when absent, broken or of another schema."""
     path = directory / "results.json"
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = read_json(path)
     except FileNotFoundError:
         raise EvalsuiteError(path, "no such file", "results of an earlier run", "type `evalsuite run` first") from None
     except (OSError, ValueError) as error:
@@ -44,7 +63,49 @@ def read(directory: Path) -> dict:
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
         got = data.get("schema") if isinstance(data, dict) else type(data).__name__
         raise EvalsuiteError(path, f"schema {got!r}", SCHEMA, "run again with this version")
+    check_cells(path, data.get("cells"))
     return data
+
+
+def check_cells(where: object, cells: object) -> None:
+    """Raises EvalsuiteError unless these are cells with what is read of every one: an id of its own, a status, metrics with
+    their intervals."""
+    if not isinstance(cells, list) or not all(map(_well_formed, cells)):
+        raise EvalsuiteError(where, "cells without an id, a status or whole metrics", "a run's results", "run again")
+    for cell in cells:
+        for name, place in (cell.get("images") or {}).items():
+            if not (_plain_name(name) and _within(place)):
+                raise EvalsuiteError(where, f"{place!r} as {name} of {cell['id']}", "a picture in its folder", "run again")
+    if len({cell["id"] for cell in cells}) < len(cells):
+        raise EvalsuiteError(where, "two cells of one id", "a run's results", "run again")
+
+
+def _well_formed(cell: object) -> bool:
+    if not isinstance(cell, dict) or not all(isinstance(cell.get(name), str) for name in ("id", "status")):
+        return False
+    named = [cell.get(name) or {} for name in ("metrics", "images", "all_parameters", "cost")]
+    if not all(isinstance(one, dict) for one in named) or (cell["status"] == "scored" and not cell.get("metrics")):
+        return False
+    truths = cell.get("truths") or {}
+    if not isinstance(truths, dict) or not all(map(_plain_name, (*truths, *truths.values(), cell.get("environment_id") or "0"))):
+        return False
+    return all(map(_metric, named[0].values()))
+
+
+def _plain_name(name: object) -> bool:
+    """Whether it names a file or folder in the one it is put in."""
+    return isinstance(name, str) and re.fullmatch(r"[\w=+-][\w.=+-]*", name) is not None
+
+
+def _within(place: object) -> bool:
+    """Whether it is a path that stays below where it begins, as far as its words tell."""
+    return isinstance(place, str) and all(map(_plain_name, place.split("/")))
+
+
+def _metric(metric: object) -> bool:
+    if not isinstance(metric, dict) or not isinstance(metric.get("ci95"), list) or len(metric["ci95"]) != 2:
+        return False
+    return all(v is None or type(v) in (int, float) for v in (metric.get("value", ""), *metric["ci95"]))
 
 
 def write(directory: Path, header: dict, cells: Iterable[tuple[dict, dict[str, Path]]]) -> dict:

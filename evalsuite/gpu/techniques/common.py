@@ -50,7 +50,7 @@ def integer(low: int, high: int) -> Callable[[object], int]:
 
     def parse(value: object) -> int:
         x = float(value)
-        if x != int(x) or not low <= x <= high:
+        if not isfinite(x) or x != int(x) or not low <= x <= high:
             raise ValueError(value)
         return int(x)
 

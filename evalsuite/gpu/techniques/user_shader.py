@@ -87,7 +87,7 @@ def _definition(path: Path) -> dict[str, object]:
         return {}
     try:
         about = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise EvalsuiteError(path, str(error), "a TOML file", "mend the file there") from error
     strange = sorted(set(about) - set(KEYS))
     if strange:
