@@ -26,6 +26,8 @@ from evalsuite.errors import Unwritable
 from evalsuite.store import checksums
 from evalsuite.store.claims import Claim, exclusive, tick, touch
 
+#: Suffix of a reference on its way.
+PARTIAL = ".state"
 SHADERS = (".glsl", ".comp", ".vert", ".frag", ".geom")
 
 
@@ -105,9 +107,7 @@ class Store:
 
     warn: told in one line what the user should know and need not act on."""
 
-    def __init__(
-        self, root: Path | None = None, *, read: bool = True, warn: Callable[[str], None] = lambda text: None
-    ) -> None:
+    def __init__(self, root: Path | None = None, *, read: bool = True, warn: Callable[[str], None] = lambda text: None) -> None:
         self.root, self.warn, self._read = Path(root or cache_directory()), warn, read
         self._claimed: Claim | None = None
         self._claiming = threading.Lock()
@@ -170,11 +170,11 @@ class Store:
     # A reference on its way: overwritten as it grows, gone when it is done.
     def partial(self, key: str) -> Path:
         claim = self._claim()
-        return (self.root if claim.keeps else claim.folder) / "partial" / f"{key}.npz"
+        return (self.root if claim.keeps else claim.folder) / "partial" / f"{key}{PARTIAL}"
 
     def entries(self) -> Iterable[tuple[str, Path]]:
         """(kind, folder) of every entry."""
-        for meta in sorted(self.root.glob("[!.]*/*/*/meta.json")):
+        for meta in sorted(self.root.glob("[!.]*/*/[!.]*/meta.json")):
             yield meta.parent.parent.parent.name, meta.parent
 
     def _claim(self) -> Claim:

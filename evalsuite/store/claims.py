@@ -54,8 +54,8 @@ _threads = threading.Lock()  # waiting for it costs less than polling a file
 class Claim:
     """A process's use of a store, from now to its end. Raises OSError when there is no way to a store.
 
-    problem: why it cannot be written, or None. What is made for a read-only store meanwhile goes to a temporary folder; a full disk
-    is for the user to clear, so `room` raises it."""
+    problem: why it cannot be written, or None. What is made for a read-only store meanwhile goes to a temporary folder; a full
+    disk is for the user to clear, so `room` raises it."""
 
     def __init__(self, root: Path) -> None:
         self.root, self.problem = root, None
@@ -117,10 +117,11 @@ def sweep(root: Path) -> int:
     dead = [folder for folder in _runs(root) if not _lives(folder)]
     for folder in dead:
         shutil.rmtree(folder, ignore_errors=True)
-    if not living(root):
-        for leftover in root.glob("partial/.new-*"):  # a worker's, which says not whose
-            leftover.unlink(missing_ok=True)
-    return len(dead)
+    # A worker's file does not say whose it is.
+    leftovers = [] if living(root) else list(root.glob("partial/.new-*"))
+    for leftover in leftovers:
+        leftover.unlink(missing_ok=True)
+    return len(dead) + len(leftovers)
 
 
 def _runs(root: Path) -> list[Path]:

@@ -79,6 +79,7 @@ def write(directory: Path, header: dict, cells: Iterable[tuple[dict, dict[str, P
     """Keep each cell's pictures under `directory/images/` (`store.kept`; unchanged ones stay) and write results.json last, in one
     step. Pictures of cells that are gone are removed. Returns what was written. Raises Unwritable."""
     try:
+        directory.mkdir(parents=True, exist_ok=True)
         for path in directory.iterdir():
             if _LEFTOVER.fullmatch(path.name):
                 path.unlink(missing_ok=True)
