@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Set
 from pathlib import Path
 
 from small_scene import scene_xml
@@ -29,6 +29,7 @@ class Bench:
     """A report of two cells in a folder: scene, report, store and output."""
 
     whole = 0  # entries of a store before anything is compared
+    earlier: Set[Path] = frozenset()
 
     def __init__(self, folder: Path, inputs: Path | None = None) -> None:
         """inputs: the folder of another bench, for the very same scene and report."""
@@ -59,6 +60,7 @@ class Bench:
 
     def kill(self, when: Callable[[], bool]) -> str:
         """Start a run, kill its whole group as soon as `when`; what it was at."""
+        self.earlier = set(self.cache.glob(".runs/*"))
         began, process = time.time(), self.start()
         while process.poll() is None and not when():
             time.sleep(0.0005)
@@ -73,9 +75,13 @@ class Bench:
             return "writing pictures"
         if results.exists() and results.stat().st_mtime > began:
             return "writing the page"
-        if not list(self.cache.glob(".runs/*/lock")):
+        if not self.working():
             return "starting"
         return "rendering" if len(self.inodes()) < self.whole else "comparing and finding"
+
+    def working(self) -> bool:
+        """Whether the run has claimed the store; a killed one's claim lies there until then."""
+        return bool(set(self.cache.glob(".runs/*")) - self.earlier)
 
     def inodes(self) -> dict[Path, int]:
         """Every entry, as this very folder."""

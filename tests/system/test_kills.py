@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import time
 from collections import Counter
+from collections.abc import Callable
 
 import pytest
 from bench import Bench
@@ -39,12 +40,13 @@ def test_kills_at_chosen_moments(bench):
 @pytest.mark.slow
 @pytest.mark.timeout(7200)
 def test_two_hundred_kills_at_random_times(bench):
-    """Each continues with the store and the folder that the last left; both are wiped after ten."""
+    """Each continues with the store and the folder that the last left; both are wiped after ten. Half of them any time, half once
+    the run has begun to work: starting takes as long as this small report does."""
     expected, duration = bench.undisturbed()
     chance, phases, completed = random.Random(SEED), Counter(), 0
     for number in range(KILLS):
-        until = time.monotonic() + chance.uniform(0.0, duration)
-        phases[bench.kill(lambda until=until: time.monotonic() >= until)] += 1
+        delay = chance.uniform(0.0, duration)
+        phases[bench.kill(after(delay) if number % 2 else after(0.6 * delay, bench.working))] += 1
         stored = bench.inodes() if bench.cache.exists() else {}
         if (number + 1) % IN_A_ROW == 0:
             found, _ = bench.complete(None, "--missing-only")
@@ -54,5 +56,19 @@ def test_two_hundred_kills_at_random_times(bench):
             assert bench.verify().returncode == 0
             bench.wipe()
             completed += 1
-    print(f"\n{KILLS} kills within {duration:.1f} s: {dict(phases)}; {completed} runs completed, all alike")
+            print(
+                f"{number + 1} kills within {duration:.1f} s: {dict(phases)}; {completed} runs completed, all alike", flush=True
+            )
     assert phases.total() == KILLS and len(phases) > 2, "the kills missed the work"
+
+
+def after(delay: float, begun: Callable[[], bool] = lambda: True) -> Callable[[], bool]:
+    """A time [s] after `begun`."""
+    since: list[float] = []
+
+    def over() -> bool:
+        if not since and begun():
+            since.append(time.monotonic())
+        return bool(since) and time.monotonic() >= since[0] + delay
+
+    return over
