@@ -46,8 +46,7 @@ def damages(folder: Path) -> list[Damage] | None:
             got = error.strerror or str(error)
         if got != expected:
             found.append(Damage(folder / name.replace("\0", ""), got, expected))
-    # What is left to say about the sums alone: a line torn off its end.
-    return found or ([] if lines[-1] == "" and len(lines) > 1 else [Damage(folder / SUMS, "no whole lines", "whole lines")])
+    return found
 
 
 def seal(data: bytes) -> bytes:

@@ -108,7 +108,7 @@ def touch(place: Path, moment: int) -> bool:
 
 
 def living(root: Path) -> list[int]:
-    """When each running process began, by the store's clock."""
+    """When each running process began, by the store's clock. Only within `exclusive`: to ask for a lock is to hold it a while."""
     return [int(folder.name.split("-")[0]) for folder in _runs(root) if _lives(folder)]
 
 

@@ -75,14 +75,11 @@ def prune(store: Store, most: int, *, dry_run: bool = False) -> dict:
     What a living process has used stays, and all references on their way while one lives. Needs no space. Raises Unwritable.
 
     Returns bytes before and after, and counts: removed, kept_in_use, left_by_killed."""
-    swept = 0
-    if not dry_run:
+    swept, others = 0, []
+    if store.root.is_dir():
         with _alone(store):
-            swept = sweep(store.root)
-            for leftover in store.root.glob(f"[!.]*/*/{_GONE}*"):
-                shutil.rmtree(leftover, ignore_errors=True)
-                swept += 1
-    others = living(store.root)
+            swept = 0 if dry_run else _sweep(store)
+            others = living(store.root)
     since = min(others, default=math.inf)
     held = sorted((h for path in things(store) if (h := _held(path))), key=lambda h: (h.used, str(h.path)))
     before = total = sum(h.size for h in held)
@@ -118,6 +115,13 @@ def _alone(store: Store) -> Iterator[None]:
             yield
     except OSError as error:
         raise unwritable(store.root, error) from error
+
+
+def _sweep(store: Store) -> int:
+    leftovers = list(store.root.glob(f"[!.]*/*/{_GONE}*"))
+    for leftover in leftovers:
+        shutil.rmtree(leftover, ignore_errors=True)
+    return sweep(store.root) + len(leftovers)
 
 
 def _held(path: Path) -> Held | None:

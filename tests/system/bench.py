@@ -88,8 +88,12 @@ class Bench:
         return {folder: folder.stat().st_ino for _, folder in Store(self.cache).entries()}
 
     def verify(self) -> subprocess.CompletedProcess:
-        words = [sys.executable, "-m", "evalsuite.cli", "cache", "verify"]
-        return subprocess.run(words, env=os.environ | {"EVALSUITE_CACHE": str(self.cache)}, capture_output=True, text=True)
+        return self.upkeep("verify")
+
+    def upkeep(self, *words: str) -> subprocess.CompletedProcess:
+        """`evalsuite cache …`."""
+        command = [sys.executable, "-m", "evalsuite.cli", "cache", *words]
+        return subprocess.run(command, env=os.environ | {"EVALSUITE_CACHE": str(self.cache)}, capture_output=True, text=True)
 
     def said(self) -> str:
         """What the last run printed."""

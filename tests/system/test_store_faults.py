@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import subprocess
@@ -86,6 +87,21 @@ def test_damaged_entries_are_named_and_made_anew(bench, expected):
     assert not different(bench.complete()[0], expected)
     assert len(warnings(bench)) == 3 and all(str(path) in bench.said() for path in paths)
     assert bench.verify().returncode == 0
+
+
+def test_upkeep_by_commands(bench):
+    entries = bench.inodes()
+    would = json.loads(bench.upkeep("prune", "--max-size", "0", "--dry-run", "--json").stdout)
+    assert would["removed"] == len(entries) > 5 and would["after"] == 0 and bench.inodes() == entries
+    half = json.loads(bench.upkeep("prune", "--max-size", f"{would['before'] // 2}", "--json").stdout)
+    assert half["after"] <= would["before"] // 2 and len(entries) - half["removed"] == len(bench.inodes()) > 0
+    place = next(iter(bench.inodes()))
+    (place / "meta.json").write_text("{}")
+    found = json.loads((done := bench.upkeep("verify", "--remove", "--json")).stdout)
+    assert done.returncode == 1 and [row["file"] for row in found["damaged"]] == [str(place / "meta.json")]
+    assert not place.exists() and bench.verify().returncode == 0
+    wrong = bench.upkeep("prune", "--max-size", "much")
+    assert wrong.returncode == 2 and wrong.stderr.count("\n") == 1 and "--max-size much" in wrong.stderr
 
 
 def test_a_warm_read_only_store_is_read(bench, expected):
