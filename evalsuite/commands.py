@@ -47,7 +47,7 @@ def run_report(
 
     store_results.prepare(directory)
     store_results.no_way_out(directory)
-    earlier = store_results.read(directory)["cells"] if missing_only and (directory / "results.json").exists() else []
+    earlier = store_results.read(directory)["cells"] if missing_only and store_results.finished(directory) else []
     made = {c["id"]: c for c in earlier if c["status"] == "scored"}
     # Only a cell that the same command would make again is not missing: another quality or size is another result.
     kept = {c.id: made[c.id] for c in cells if c.id in made and made[c.id]["reproduce"] == reproduce(c, settings)}
@@ -72,8 +72,9 @@ def run_report(
         }
     found = headroom_pool.summary([cell for cell, _ in made])
     header |= {"headroom_summary": found} if found else {}
-    results = store_results.write(directory, header, made)
-    page.write(results, directory)
+    with store_results.writing(directory):
+        results = store_results.write(directory, header, made)
+        page.write(results, directory)
     return results
 
 

@@ -30,3 +30,7 @@ class MachineLacks(EvalsuiteError):
 
 class WorkerFailed(EvalsuiteError):
     """A worker process died or hung (native abort, out of memory, time limit): costs one cell, never the run."""
+
+
+class Unwritable(EvalsuiteError):
+    """A folder that cannot be written, or has no space left: ends the run, for the next cell would fare no better."""

@@ -16,7 +16,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from evalsuite import environment_view, headroom, surroundings
-from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed
+from evalsuite.errors import EvalsuiteError, MachineLacks, Unwritable, WorkerFailed
 from evalsuite.gpu import registry
 from evalsuite.gpu.plan import cannot_stand_for
 from evalsuite.gpu.techniques.base import LOOKUP, Technique
@@ -72,7 +72,7 @@ class Run(Steps):
     def evaluate(self, cell: Cell) -> tuple[dict, dict[str, Path]]:
         """One cell's results (as in results.json, image paths left to `materialise`) and its image files.
 
-        What goes wrong here is this cell's alone and stands in its message; only MachineLacks is raised."""
+        What goes wrong here is this cell's alone and stands in its message; only MachineLacks and Unwritable are raised."""
         started = time.perf_counter()
         technique = registry.find(cell.technique)
         result = {
@@ -109,7 +109,7 @@ class Run(Steps):
         files: dict[str, Path] = {}
         try:
             self._fill(cell, technique, result, files)
-        except MachineLacks:
+        except (MachineLacks, Unwritable):
             raise
         except EvalsuiteError as error:  # this cell's own trouble: an object out of view, a worker's death
             result["message"] = str(error)

@@ -13,7 +13,7 @@ from evalsuite.errors import EvalsuiteError
 
 # Each registers its commands; `--help` lists them in this order.
 # isort: off
-from evalsuite.cli import run, pictures, pages, environments, about  # noqa: F401
+from evalsuite.cli import run, pictures, pages, environments, about, cache  # noqa: F401
 
 # isort: on
 

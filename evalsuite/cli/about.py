@@ -1,4 +1,4 @@
-"""What there is and whether it works: list …, doctor, cache …."""
+"""What there is and whether it works: list …, doctor."""
 
 from __future__ import annotations
 
@@ -16,9 +16,7 @@ from evalsuite.cli.app import (
 )
 
 list_app = typer.Typer(no_args_is_help=True, help="What there is: scenes, techniques, targets, reports, figures.")
-cache_app = typer.Typer(no_args_is_help=True, help="The store of rendered pictures.")
 app.add_typer(list_app, name="list")
-app.add_typer(cache_app, name="cache")
 
 
 @list_app.command("scenes")
@@ -101,16 +99,3 @@ def doctor(as_json: Json = False) -> None:
                 out.print(f"        {escape(line['fix'])}", highlight=False, soft_wrap=True)
     if not all(line["ok"] for line in result["checks"]):
         raise typer.Exit(3)
-
-
-@cache_app.command("info")
-def cache_info(as_json: Json = False) -> None:
-    """Where the store is and how much it holds."""
-    from evalsuite.commands import cache_facts
-
-    facts = cache_facts()
-    if as_json:
-        print_json(facts)
-        return
-    print(facts["path"])
-    print_table(facts["kinds"], ["kind", "entries", "megabytes"])

@@ -17,7 +17,7 @@ import numpy as np
 import OpenEXR
 from numpy.typing import ArrayLike, NDArray
 
-from evalsuite.errors import EvalsuiteError
+from evalsuite.errors import EvalsuiteError, Unwritable
 from evalsuite.image import ldr, radiance_hdr, rounding
 from evalsuite.image.files import FORMATS, read_bytes, replacing
 
@@ -41,7 +41,7 @@ def write(
     image: (H, W, 3) linear Rec.709 or (H, W), or {part name: such an array}; the first part is what other programs show.
     header: extra attributes of the first part (str, int, float). NaN and Inf are kept. compression: ZIP, lossless, PXR24,
     which keeps 15 bits of a float's mantissa, or HALF: ZIP of half floats.
-    Raises EvalsuiteError if the folder cannot be written or an array has another shape.
+    Raises Unwritable if the folder cannot be written or is full, EvalsuiteError if an array has another shape.
     """
     path = Path(path)
     parts = image if isinstance(image, Mapping) else {"image": image}
@@ -51,8 +51,18 @@ def write(
     for piece in pieces if compression == "HALF" else ():
         for channel in piece.channels.values():
             channel.pixels = channel.pixels.astype(np.float16)
-    with replacing(path) as temporary, OpenEXR.File(pieces) as file:
-        file.write(str(temporary))
+    with replacing(path) as temporary:
+        with OpenEXR.File(pieces) as file:
+            file.write(str(temporary))
+        _require_whole(path, temporary)
+
+
+def _require_whole(path: Path, written: Path) -> None:
+    """The library keeps silent when the last of what it has buffered finds the disk full."""
+    try:
+        read_parts(written)
+    except EvalsuiteError as error:
+        raise Unwritable(path, "a write cut short", "a folder with space left", "make room, or choose another") from error
 
 
 def read(path: Path | str, part: str | None = None) -> Image:

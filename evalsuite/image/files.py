@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from evalsuite.errors import EvalsuiteError
+from evalsuite.errors import EvalsuiteError, Unwritable
 
 FORMATS = "an .exr, .hdr, .png or .jpg picture"
 
@@ -16,12 +16,12 @@ FORMATS = "an .exr, .hdr, .png or .jpg picture"
 @contextlib.contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """A temporary name beside `path` that takes its place when the block succeeds: readers never see half a file.
-    Raises EvalsuiteError if the folder cannot be written."""
+    Raises Unwritable if the folder cannot be written."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=f".{path.stem[:40]}-", suffix=path.suffix, dir=path.parent)
     except OSError as error:
-        raise EvalsuiteError(path, f"no way to write there ({error.strerror})", "a folder that can be written") from error
+        raise Unwritable(path, f"no way to write there ({error.strerror})", "a folder that can be written") from error
     os.close(handle)
     temporary = Path(name)
     try:
@@ -29,7 +29,7 @@ def replacing(path: Path) -> Iterator[Path]:
         temporary.chmod(0o644)
         temporary.replace(path)
     except (OSError, RuntimeError) as error:
-        raise EvalsuiteError(path, f"a failed write ({error})", "a folder that can be written, with room") from error
+        raise Unwritable(path, f"a failed write ({error})", "a folder that can be written, with room") from error
     finally:
         temporary.unlink(missing_ok=True)
 

@@ -16,7 +16,6 @@ from collections import OrderedDict
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +29,8 @@ from evalsuite.reference.variants import activate
 from evalsuite.scene.dependencies import dependencies
 from evalsuite.scene.load import LoadedScene, load
 from evalsuite.scene.model import SceneSource
-from evalsuite.store.cache import write_atomic
+from evalsuite.store.cache import file_stamp, write_atomic
+from evalsuite.store.checksums import seal, unseal
 
 MIN_PASSES = 8  # fewer say little about their own scatter: with 8 a pixel's standard error is known to 1/√(2·7) = 27 %
 
@@ -104,21 +104,24 @@ _STATE = ("even", "odd", "squares", "cubes", "pass_spp", "passes", "seconds")
 
 
 def save_state(state: RenderState, path: Path) -> None:
-    """Write a state to a .npz file, atomically. Raises EvalsuiteError when the folder cannot be written."""
+    """Write a state to a file, a sealed .npz, atomically. Raises Unwritable when the folder cannot be written."""
     data = io.BytesIO()
     np.savez(data, **{name: getattr(state, name) for name in _STATE}, seed=np.uint64(state.seed))
-    write_atomic(path, data.getvalue())
+    write_atomic(path, seal(data.getvalue()))
 
 
 def load_state(path: Path, seed: int) -> RenderState | None:
     """A state from its file; None when there is none, or what is there is damaged or of another seed."""
     try:
-        with np.load(path) as data:
-            values = {name: data[name] for name in _STATE}
-            if int(data["seed"]) != seed:
-                return None
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+        whole = unseal(path.read_bytes())
+    except OSError:
         return None
+    if whole is None:
+        return None
+    with np.load(io.BytesIO(whole)) as data:
+        values = {name: data[name] for name in _STATE}
+        if int(data["seed"]) != seed:
+            return None
     return RenderState(
         values["even"],
         values["odd"],
@@ -276,7 +279,7 @@ def load_cached(source: SceneSource, within_room: bool = False) -> LoadedScene:
 def _key(source: SceneSource, within_room: bool) -> str:
     def stamp(path: Any) -> Any:
         try:
-            return [str(path.absolute()), path.stat().st_mtime_ns]
+            return [str(path.absolute()), *file_stamp(path)]
         except (OSError, AttributeError):
             return str(path)
 

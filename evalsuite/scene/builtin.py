@@ -123,16 +123,18 @@ def band_degree(name: str) -> int | None:
 
 
 def _made_on_demand(name: str) -> Path:
-    """The map of a family, in the user's cache, under the hash of the code that makes it."""
+    """The map of a family, in the user's cache, under the hash of the code that makes it; a damaged one is made anew."""
     from evalsuite.image.files import replacing
-    from evalsuite.store.cache import cache_directory, digest, file_digest, source_digest
+    from evalsuite.store.cache import cache_directory, digest, file_digest, source_digest, write_atomic
 
     code = source_digest("math/band_noise.py", "math/sphere.py", "math/zonal.py")
     key = digest([file_digest(scenes_directory() / "generate_environments.py"), code])
     path = cache_directory() / "environments" / key[:12] / f"{name}.exr"
-    if not path.is_file():
+    proof = path.with_suffix(".sha256")
+    if not (path.is_file() and proof.is_file() and proof.read_text() == file_digest(path)):
         with replacing(path) as temporary:
             make_environment(name, temporary)
+        write_atomic(proof, file_digest(path))
     return path
 
 

@@ -1,7 +1,8 @@
 """Content-addressed store: an entry's name is the hash of all that decides its content, so it is never made twice.
 
-An entry is a folder, filled beside its place and renamed into it in one step: it is there whole or not at all, whatever
-kills the process. Concurrent runs may share a store; who comes second throws his copy away.
+An entry is a folder, filled elsewhere on the same disk and renamed into its place in one step: it is there whole or not at all,
+whatever kills the process. Concurrent runs may share a store; who comes second throws his copy away. What disks do to an entry
+afterwards its checksums tell: a damaged one is never used, but made anew.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import json
 import os
 import shutil
 import tempfile
+import threading
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import is_dataclass
 from functools import lru_cache
@@ -20,8 +22,12 @@ from pathlib import Path
 import numpy as np
 import platformdirs
 
-from evalsuite.errors import EvalsuiteError
+from evalsuite.errors import Unwritable
+from evalsuite.store import checksums
+from evalsuite.store.claims import Claim, exclusive, tick, touch
 
+#: Suffix of a reference on its way.
+PARTIAL = ".state"
 SHADERS = (".glsl", ".comp", ".vert", ".frag", ".geom")
 
 
@@ -52,7 +58,7 @@ def _plain(value: object) -> object:
 
 
 @lru_cache(maxsize=4096)
-def _file_digest(path: Path, stamp: tuple[int, int]) -> str:
+def _file_digest(path: Path, stamp: tuple[int, ...]) -> str:
     del stamp  # part of the key: a changed file is read again
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
@@ -60,8 +66,13 @@ def _file_digest(path: Path, stamp: tuple[int, int]) -> str:
 
 def file_digest(path: Path) -> str:
     """SHA-256 (hex) of a file's bytes."""
+    return _file_digest(path, file_stamp(path))
+
+
+def file_stamp(path: Path) -> tuple[int, ...]:
+    """What changes with a file's content, without reading it. The inode's own time too: a program can set the other one back."""
     status = path.stat()
-    return _file_digest(path, (status.st_mtime_ns, status.st_size))
+    return status.st_mtime_ns, status.st_ctime_ns, status.st_size, status.st_ino
 
 
 @lru_cache(maxsize=64)
@@ -92,60 +103,96 @@ def package_versions(*names: str) -> dict[str, str]:
 
 
 class Store:
-    """Entries `<root>/<kind>/<key>/`, each with a `meta.json`."""
+    """Entries `<root>/<kind>/<key>/`, each with a `meta.json` and checksums. Safe among threads and processes.
 
-    def __init__(self, root: Path | None = None, *, read: bool = True) -> None:
-        self.root, self._read = Path(root or cache_directory()), read
+    warn: told in one line what the user should know and need not act on."""
+
+    def __init__(self, root: Path | None = None, *, read: bool = True, warn: Callable[[str], None] = lambda text: None) -> None:
+        self.root, self.warn, self._read = Path(root or cache_directory()), warn, read
+        self._claimed: Claim | None = None
+        self._claiming = threading.Lock()
 
     def path(self, kind: str, key: str) -> Path:
         return self.root / kind / key[:2] / key
 
     def get(self, kind: str, key: str) -> tuple[Path, dict] | None:
-        """Folder and metadata of an entry, or None."""
-        if not self._read:
-            return None
+        """Folder and metadata of an entry, or None. It stays while this process lives."""
         place = self.path(kind, key)
-        try:
-            return place, json.loads((place / "meta.json").read_text())
-        except (OSError, ValueError):
+        if not self._read or not place.is_dir():
             return None
+        try:
+            damaged = checksums.damages(place) if self._claim().use(place) else None
+            if damaged == []:
+                return place, json.loads((place / "meta.json").read_bytes())
+        except OSError:
+            return None
+        if damaged:
+            self.warn(f"{damaged[0].file}: damaged on its disk; made anew (`evalsuite cache verify` looks for more)")
+        return None
 
     def put(self, kind: str, key: str, meta: Mapping, fill: Callable[[Path], None] | None = None) -> tuple[Path, dict]:
-        """Make an entry: `fill(folder)` writes its files. Raises EvalsuiteError when the disk is full or not writable."""
+        """Make an entry: `fill(folder)` writes its files. Raises Unwritable when the disk is full or not writable."""
         place = self.path(kind, key)
         try:
-            place.parent.mkdir(parents=True, exist_ok=True)
-            fresh = Path(tempfile.mkdtemp(prefix=".new-", dir=place.parent))
+            claim = self._claim()
+            fresh = claim.room()
             try:
                 if fill is not None:
                     fill(fresh)
                 (fresh / "meta.json").write_text(json.dumps(_plain(meta), indent=1))
-                if not self._read and place.exists():
-                    shutil.rmtree(place, ignore_errors=True)
-                os.rename(fresh, place)
-            except OSError:
+                checksums.write(fresh)
+                place = self._place(claim, fresh, place) if claim.keeps else fresh
+            except BaseException:
                 shutil.rmtree(fresh, ignore_errors=True)
-                if (place / "meta.json").exists():  # another run was first, with the same content
-                    return place, json.loads((place / "meta.json").read_text())
-                shutil.rmtree(place, ignore_errors=True)
                 raise
         except OSError as error:
             raise unwritable(self.root, error) from error
         return place, json.loads((place / "meta.json").read_text())
 
+    def _place(self, claim: Claim, fresh: Path, place: Path) -> Path:
+        gone = claim.folder / f"{fresh.name}.old"
+        with exclusive(self.root):
+            moment = tick(self.root)
+            if self._read and place.is_dir() and checksums.damages(place) == []:
+                os.replace(fresh, gone)  # another run was first, with the same content
+                touch(place, moment)
+            else:
+                place.parent.mkdir(parents=True, exist_ok=True)
+                # `store.kept` tells pictures apart by their times: no two of a store have the same.
+                for path in (*fresh.iterdir(), fresh):
+                    touch(path, moment)
+                if place.exists():
+                    os.replace(place, gone)
+                os.replace(fresh, place)
+        shutil.rmtree(gone, ignore_errors=True)
+        return place
+
     # A reference on its way: overwritten as it grows, gone when it is done.
     def partial(self, key: str) -> Path:
-        return self.root / "partial" / f"{key}.npz"
+        claim = self._claim()
+        return (self.root if claim.keeps else claim.folder) / "partial" / f"{key}{PARTIAL}"
 
     def entries(self) -> Iterable[tuple[str, Path]]:
         """(kind, folder) of every entry."""
-        for meta in sorted(self.root.glob("*/*/*/meta.json")):
+        for meta in sorted(self.root.glob("[!.]*/*/[!.]*/meta.json")):
             yield meta.parent.parent.parent.name, meta.parent
 
+    def _claim(self) -> Claim:
+        with self._claiming:
+            if self._claimed is None:
+                try:
+                    self._claimed = Claim(self.root)
+                except OSError as error:
+                    raise unwritable(self.root, error) from error
+                if not self._claimed.keeps:
+                    why = self._claimed.problem.strerror
+                    self.warn(f"{self.root}: {why}; what the cache lacks is made for this run and not kept")
+            return self._claimed
 
-def unwritable(where: Path, error: OSError) -> EvalsuiteError:
+
+def unwritable(where: Path, error: OSError) -> Unwritable:
     """The one line for a folder that cannot be written: no permission, a full or read-only disk, a file in the way."""
-    return EvalsuiteError(
+    return Unwritable(
         where,
         error.strerror or str(error),
         "a folder that can be written, with space left",

@@ -64,9 +64,9 @@ def paths(cell: Mapping, files: Mapping[str, Path], folder: str) -> dict[str, st
     return found | {name: f"images/references/{key}/reference.exr" for name, key in truths.items() if name in files}
 
 
-def write(directory: Path, cells: Sequence[tuple[Mapping[str, str], Mapping[str, Path]]]) -> None:
-    """Write the pictures of all cells, each given by its `paths` and files; unchanged ones stay, others are removed.
-    Raises OSError and EvalsuiteError."""
+def write(directory: Path, cells: Sequence[tuple[Mapping[str, str], Mapping[str, Path]]], ours: bool = True) -> None:
+    """Write the pictures of all cells, each given by its `paths` and files; unchanged ones stay, others are removed where the
+    folder is known to be ours. Raises OSError and EvalsuiteError."""
     tasks: dict[str, Callable[[], None]] = {}
     for places, files in cells:
         for name, place in places.items():
@@ -74,7 +74,7 @@ def write(directory: Path, cells: Sequence[tuple[Mapping[str, str], Mapping[str,
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for done in [pool.submit(task) for task in tasks.values()]:
             done.result()
-    if (directory / "results.json").exists():  # else nothing here is known to be ours
+    if ours:
         _sweep(directory / "images", {directory / place for place in tasks})
 
 

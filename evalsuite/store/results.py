@@ -6,8 +6,11 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+
+from filelock import FileLock
 
 from evalsuite.errors import EvalsuiteError
 from evalsuite.store import kept
@@ -29,13 +32,13 @@ def prepare(directory: Path) -> None:
         directory.mkdir(parents=True, exist_ok=True)
         probe = directory / ".writable"
         probe.write_text("")
-        probe.unlink()
+        probe.unlink(missing_ok=True)  # another run's, just as well
     except OSError as error:
         raise unwritable(directory, error) from error
 
 
 #: Folders and files that a run writes into, whatever they are links to: the others it replaces.
-OURS = ("images", "cells", "static", "pictures", "history.sqlite")
+OURS = ("images", "cells", "static", "pictures", "history.sqlite", ".lock", ".changing")
 
 
 def no_way_out(directory: Path) -> None:
@@ -108,14 +111,46 @@ def _metric(metric: object) -> bool:
     return all(v is None or type(v) in (int, float) for v in (metric.get("value", ""), *metric["ci95"]))
 
 
-def write(directory: Path, header: dict, cells: Iterable[tuple[dict, dict[str, Path]]]) -> dict:
-    """Keep each cell's pictures under `directory/images/` (`store.kept`; unchanged ones stay) and write results.json last, in one
-    step. Pictures of cells that are gone are removed. Returns what was written."""
+@contextmanager
+def writing(directory: Path) -> Iterator[None]:
+    """One run at a time writes to a folder; another waits, and then writes its own over it."""
     try:
-        placed = [(cell, kept.paths(cell, files, slug(cell["id"])), files) for cell, files in cells]
-        kept.write(directory, [(names, files) for _, names, files in placed])
+        lock = FileLock(directory / ".lock", poll_interval=0.02, mode=0o666)
+        lock.acquire()
     except OSError as error:
         raise unwritable(directory, error) from error
-    results = {"schema": SCHEMA, **header, "cells": [cell | {"images": names} for cell, names, _ in placed]}
-    write_atomic(directory / "results.json", json.dumps(results, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+def finished(directory: Path) -> bool:
+    """Whether the pictures are those that results.json speaks of: a run killed between the two leaves them apart."""
+    return (directory / "results.json").exists() and not (directory / _CHANGING).exists()
+
+
+#: There while pictures change.
+_CHANGING = ".changing"
+#: What a killed run was writing.
+_LEFTOVER = re.compile(r"\.(new|index|results|check)-\w{8}(\.\w+)?")
+
+
+def write(directory: Path, header: dict, cells: Iterable[tuple[dict, dict[str, Path]]]) -> dict:
+    """Keep each cell's pictures under `directory/images/` (`store.kept`; unchanged ones stay) and write results.json last, in one
+    step. Pictures of cells that are gone are removed. Returns what was written. Raises Unwritable."""
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        for path in directory.iterdir():
+            if _LEFTOVER.fullmatch(path.name):
+                path.unlink(missing_ok=True)
+        placed = [(cell, kept.paths(cell, files, slug(cell["id"])), files) for cell, files in cells]
+        ours = any((directory / name).exists() for name in ("results.json", _CHANGING))
+        (directory / _CHANGING).touch()
+        kept.write(directory, [(names, files) for _, names, files in placed], ours)
+        results = {"schema": SCHEMA, **header, "cells": [cell | {"images": names} for cell, names, _ in placed]}
+        write_atomic(directory / "results.json", json.dumps(results, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+        (directory / _CHANGING).unlink()
+    except OSError as error:
+        raise unwritable(directory, error) from error
     return results

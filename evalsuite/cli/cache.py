@@ -1,0 +1,82 @@
+"""The store: cache info, verify, prune."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+from rich.progress import Progress
+
+from evalsuite.cli.app import Json, app, err, out, print_json, print_table
+
+cache_app = typer.Typer(no_args_is_help=True, help="The store of rendered pictures.")
+app.add_typer(cache_app, name="cache")
+
+
+@cache_app.command("info")
+def cache_info(as_json: Json = False) -> None:
+    """Where the store is and how much it holds."""
+    from evalsuite.commands import cache_facts
+
+    facts = cache_facts()
+    if as_json:
+        print_json(facts)
+        return
+    print(facts["path"])
+    print_table(facts["kinds"], ["kind", "entries", "megabytes"])
+
+
+@cache_app.command("verify")
+def cache_verify(
+    remove: Annotated[bool, typer.Option("--remove", help="Take damaged entries out; the next run makes them anew.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Read every entry and hold it against its SHA-256; exit code 1 when something is damaged."""
+    from evalsuite.store import upkeep
+    from evalsuite.store.cache import Store
+
+    store = Store()
+    with Progress(console=err, transient=True) as bar:
+        paths = bar.track(list(upkeep.things(store)), description="reading")
+        found = list(upkeep.verify(paths))
+    damaged = {path: faults for path, faults in found if faults}
+    unsigned = sum(faults is None for _, faults in found)
+    if remove:
+        upkeep.remove(store, damaged)
+    rows = [
+        {"file": str(fault.file), "found": fault.found, "expected": fault.expected}
+        for faults in damaged.values()
+        for fault in faults
+    ]
+    if as_json:
+        print_json({"path": str(store.root), "entries": len(found), "unsigned": unsigned, "damaged": rows, "removed": remove})
+    else:
+        for row in rows:
+            out.print("{file}: found {found}, expected {expected}".format(**row), markup=False, highlight=False, soft_wrap=True)
+        old = f", {unsigned} of earlier versions, which no run reads" if unsigned else ""
+        mended = " and removed" if damaged and remove else ""
+        out.print(f"{len(found)} entries, {len(damaged)} damaged{mended}{old}", highlight=False)
+        if damaged and not remove:
+            out.print("`evalsuite cache verify --remove` takes them out", highlight=False)
+    if damaged:
+        raise typer.Exit(1)
+
+
+@cache_app.command("prune")
+def cache_prune(
+    max_size: Annotated[str, typer.Option(metavar="SIZE", help="What may stay, as 10GB, 500MB or 2GiB.")],
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what would go.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Remove what was used least recently, but nothing that a running process uses, until the store is small enough."""
+    from evalsuite.store import upkeep
+    from evalsuite.store.cache import Store
+
+    found = upkeep.prune(Store(), upkeep.bytes_of(max_size), dry_run=dry_run)
+    if as_json:
+        print_json(found)
+        return
+    done = "would be removed" if dry_run else "removed"
+    use = f", {found['kept_in_use']} kept for running processes" if found["kept_in_use"] else ""
+    sizes = "{:.1f} MB → {:.1f} MB".format(found["before"] / 1e6, found["after"] / 1e6)
+    out.print(f"{sizes}: {found['removed']} {done}{use}", highlight=False)
