@@ -155,7 +155,7 @@ def write(grid: Grid, place: Path) -> None:
     words = _latex if latex else html.escape
     made = [_figuregen(block, words) for block in grid.blocks]
     rows = [[one] for one in made] if grid.stacked else [made]
-    backend = figuregen.TikzBackend() if latex else figuregen.HtmlBackend(inline=True)
+    backend = figuregen.TikzBackend() if latex else figuregen.HtmlBackend(custom_head='<meta charset="utf-8">')
     figuregen.figure(rows, 2.54 * grid.width, str(place), backend)
     note = " ".join(filter(None, [grid.note, _scale_words(grid.scale)]))
     if note:
@@ -163,7 +163,10 @@ def write(grid: Grid, place: Path) -> None:
         if latex:
             text = "".join(f"% {part}\n" for part in _wrapped(note, 100).splitlines()) + text
         else:
-            text = text.replace("</body>", f"<p>{html.escape(note)}</p>\n</body>")
+            text = text.replace(
+                "</body>",
+                f"<p style='font: 9pt sans-serif; max-width: {25.4 * grid.width:.0f}mm'>{html.escape(note)}</p>\n</body>",
+            )
         place.write_text(text, encoding="utf-8")
 
 
@@ -177,7 +180,7 @@ def _figuregen(block: Block, words: Any) -> Any:
     layout.set_padding(top=0.6, column=0.6, row=0.6, right=1.0)
     fields = [(layout.titles["north"], block.title, 4.5, 8), (layout.column_titles["north"], block.columns, 3.6, 7),
               (layout.row_titles["west"], block.names, 3.6, 7),
-              (layout.captions["south"], any(p and p.caption for row in block.rows for p in row), 3.2, 5.5)]  # fmt: skip
+              (layout.captions["south"], any(p and p.caption for row in block.rows for p in row), 3.2, 4.8)]  # fmt: skip
     for place, there, millimetres, points in fields:
         if there:
             place.size, place.offset, place.fontsize = millimetres, 0.3, points
