@@ -21,6 +21,7 @@ from evalsuite.errors import EvalsuiteError
 from evalsuite.gate import baseline as baselines
 from evalsuite.gate import bless as blessing
 from evalsuite.gate import history, outlets
+from evalsuite.gate import trends as trending
 from evalsuite.gate.baseline import Baseline
 from evalsuite.gate.verdict import CONFIDENCE, VERDICTS, judge
 from evalsuite.pipeline import Settings
@@ -45,10 +46,11 @@ class Asked:
 
 @dataclass(frozen=True)
 class Outlets:
-    """Files to write a check to; None: not asked for."""
+    """Files to write a check to; None: not asked for. history: None is `history.sqlite` in the output folder."""
 
     junit: Path | None = None
     summary: Path | None = None
+    history: Path | None = None
 
 
 def baseline_path(report: str) -> Path:
@@ -80,7 +82,7 @@ def check(
     run = Run(directory, store_results.read(directory))
     complete = _choice_of(run.results.get("run") or {}) == _choice_of(blessed.run)
     rows = judge(run, blessed, complete)
-    walls = {cell["id"]: (cell.get("cost") or {}).get("wall_s") for cell in run.results["cells"]}
+    facts = {c["id"]: {"wall_s": (c.get("cost") or {}).get("wall_s"), "seed": c.get("seed")} for c in run.results["cells"]}
     counts = {verdict: sum(row["verdict"] == verdict for row in rows) for verdict in VERDICTS}
     passed = all(row["passed"] for row in rows)
     name = planning.report_path(report).stem
@@ -96,11 +98,13 @@ def check(
         "exit_code": 1 if not passed else 4 if strict and counts["inconclusive"] else 0,
         "bless": _bless_command(report, baseline, directory),
         "counts": counts,
-        "cells": [row | {"wall_s": walls.get(row["id"])} for row in rows],
+        "cells": [row | facts.get(row["id"], {"wall_s": None, "seed": None}) for row in rows],
     }
     write_atomic(directory / "check.json", json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     try:
-        history.append(directory / "history.sqlite", found, _commit())
+        past = outlets_.history or directory / "history.sqlite"
+        history.append(past, found, _commit())
+        _trends(history.read(past, name, trending.LAST), run.results, directory)
     except EvalsuiteError as error:  # a lost line of a trend is no reason to fail a gate
         console.print(f"warning: {escape(str(error))}", style="yellow", highlight=False, soft_wrap=True)
     if outlets_.junit:
@@ -111,6 +115,19 @@ def check(
         with open(os.environ["GITHUB_STEP_SUMMARY"], "a", encoding="utf-8") as stream:  # other steps write there too
             stream.write(outlets.markdown(found))
     return found
+
+
+def _trends(checks: Sequence[history.Check], results: Mapping, directory: Path) -> None:
+    """Write trends.json and trends.html, and lead to it from the page of the run."""
+    from evalsuite.report import page
+    from evalsuite.report import trends as trend_page
+
+    found = trending.trends(results.get("report") or directory.name, checks)
+    write_atomic(directory / "trends.json", json.dumps(found, ensure_ascii=False, allow_nan=False) + "\n")
+    first = not (directory / "trends.html").exists()
+    trend_page.write(found, results, directory)
+    if first and (directory / "index.html").exists():  # it was written without the way there
+        page.write(results, directory)
 
 
 def _run(

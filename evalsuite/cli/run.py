@@ -114,6 +114,9 @@ def check(
     baseline: Annotated[Path | None, typer.Option(help="Default: reports/REPORT.baseline.json, or beside the .toml.")] = None,
     junit: Annotated[Path | None, typer.Option(metavar="FILE.xml", help="Also write JUnit XML, a test case a cell.")] = None,
     summary: Annotated[Path | None, typer.Option(metavar="FILE.md", help="Also write the ten worst as Markdown.")] = None,
+    history: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Past checks, for trends; default history.sqlite in the output folder.")
+    ] = None,
     strict: Annotated[bool, typer.Option("--strict", help="Exit code 4 where noise leaves a cell open.")] = False,
     no_run: Annotated[bool, typer.Option("--no-run", help="Judge the results that the output folder has.")] = False,
     scene: Annotated[list[str] | None, typer.Option(help="As for `run`; default: as blessed. Repeatable.")] = None,
@@ -146,7 +149,7 @@ def check(
         baseline or gate.baseline_path(report),
         gate.Asked(choice, error, size_of(size), seed, repair_env, no_ledger),
         out_dir or gate.default_directory(report),
-        gate.Outlets(junit, summary),
+        gate.Outlets(junit, summary, history),
         strict=strict,
         render=not no_run,
         jobs=jobs,

@@ -78,15 +78,15 @@ def write(results: Mapping, directory: Path) -> Path:
     shared = {Path(c["surroundings"]["preview"]).stem for c in cells if c["surroundings"]}
     shared |= {Path(file).stem for c in cells for file in c["files"]}
     _remove_stale(directory / "cells", {c["slug"] for c in cells}, shared)
-    _write_static(directory / "static")
-    _put(directory / "static" / "figures.js", f"const cellFigures = {pictures.js_json(cell_plots.figures())};\n")
-    environment = _environment()
+    write_static(directory / "static")
+    put(directory / "static" / "figures.js", f"const cellFigures = {pictures.js_json(cell_plots.figures())};\n")
+    environment = templates()
     shared = {"results": results, "metrics": METRICS, "statuses": STATUS, "region_rows": where.ROWS}
     for before, cell, after in zip([None, *cells], cells, [*cells[1:], None], strict=False):
         own = {"figures": pictures.js_json(cell_plots.contents(cell["data"])), "false_colour": pictures.js_json(_false_colour())}
         words = {"root": "../", "cell": cell, "before": before and before["slug"], "after": after and after["slug"]}
         words |= {"scripts": CELL_SCRIPTS if cell["pictures"] else PLAIN_SCRIPTS, **own}
-        _put(directory / "cells" / f"{cell['slug']}.html", environment.get_template("cell_page.html").render(**shared, **words))
+        put(directory / "cells" / f"{cell['slug']}.html", environment.get_template("cell_page.html").render(**shared, **words))
     across = {
         "causes": causes.section(results),
         "envelopes": envelopes.section(results, directory),
@@ -98,8 +98,8 @@ def write(results: Mapping, directory: Path) -> Path:
     counts = {status: sum(c["data"].get("status") == status for c in cells) for status in STATUS}
     tables.write(results, directory)
     index = directory / "index.html"
-    host = _host(results.get("host") or {})
-    _put(index, environment.get_template("index.html").render(**shared, **across, cells=cells, counts=counts, host=host))
+    across |= {"counts": counts, "host": _host(results.get("host") or {}), "trends": (directory / "trends.html").exists()}
+    put(index, environment.get_template("index.html").render(**shared, **across, cells=cells))
     return index
 
 
@@ -118,7 +118,7 @@ def _false_colour() -> dict[str, object]:
     return {"glsl": scale.glsl, "css": scale.css, "ticks": [(value, scale.position(value)) for value, _ in scale.ticks]}
 
 
-def _environment() -> jinja2.Environment:
+def templates() -> jinja2.Environment:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("evalsuite.report"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
@@ -128,7 +128,7 @@ def _environment() -> jinja2.Environment:
     return environment
 
 
-def _put(path: Path, html: str) -> None:
+def put(path: Path, html: str) -> None:
     """Write a page, without its lines' indentation, unless it stands there already."""
     text = re.sub(r"\n\s+", "\n", html)
     if not (path.is_file() and path.read_text(encoding="utf-8") == text):
@@ -168,7 +168,7 @@ def _host(host: Mapping) -> list[tuple[str, str]]:
     return [(names[key], plain(host[key])) for key in names if host.get(key)]
 
 
-def _write_static(folder: Path) -> None:
+def write_static(folder: Path) -> None:
     """Our own style and scripts, FlipBook and Bokeh from the installed packages, and their licences beside them."""
     package = Path(importlib.util.find_spec("simpleimageio").submodule_search_locations[0])
     licence = next(f for f in importlib.metadata.files("simpleimageio") or [] if f.name == "LICENSE")

@@ -30,6 +30,14 @@ def lines(name: str) -> list[str]:
     return job["before_script"] + job["script"]
 
 
+def cached(name: str) -> tuple[str, ...]:
+    """Paths that are kept where the gate fails, too."""
+    if name == "github.yml":
+        kept = [step for step in github_steps() if step.get("uses", "").startswith("actions/cache/save")]
+        return tuple(step["with"]["path"] for step in kept if step["if"] == "always()")
+    return tuple(path for one in load(name)["gate"]["cache"] if one.get("when") == "always" for path in one["paths"])
+
+
 def test_github_has_its_parts():
     data = load("github.yml")
     assert set(data) == {"name", True, "permissions", "jobs"}  # YAML reads `on` as true, and so does GitHub's own
@@ -57,5 +65,6 @@ def test_commands_exist(name):
             context = program.commands[words[0]].make_context(words[0], words[1:])
             assert context.params["report"] == "reports/gate.toml"
             assert (str(context.params["junit"]), str(context.params["summary"])) == ("gate.xml", "gate.md")
+            assert str(context.params["history"]).startswith(cached(name)), "it stays from run to run"
             typed += 1
     assert typed == 1

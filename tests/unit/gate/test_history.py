@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import shutil
 import sqlite3
 from contextlib import closing
 from io import StringIO
@@ -13,6 +15,8 @@ from synthetic import two
 from evalsuite.commands_gate import Asked, Outlets, check
 from evalsuite.errors import EvalsuiteError
 from evalsuite.gate import history
+from evalsuite.report import page
+from evalsuite.store import results as store_results
 
 
 @pytest.fixture
@@ -22,7 +26,7 @@ def checked(gate, monkeypatch):
     (gate.home / "small.toml").write_text("[[group]]\nscenes = []\ntechniques = []\n")
     gate.bless({"one": (two.picture(0.05), two.reference(0))})
 
-    def call(error: float) -> tuple[dict, str]:
+    def call(error: float, **outlets: object) -> tuple[dict, str]:
         folder, told = gate.home / "out", StringIO()
         gate.folder({"one": (two.picture(error), two.reference(0))}).rename(folder) if not folder.exists() else None
         fresh = gate.folder({"one": (two.picture(error), two.reference(0))})
@@ -30,7 +34,7 @@ def checked(gate, monkeypatch):
         for file in fresh.glob("images/*/*.exr"):
             (folder / file.relative_to(fresh)).write_bytes(file.read_bytes())
         console = Console(file=told, width=200)
-        return check("small.toml", gate.path, Asked(), folder, Outlets(), render=False, console=console), told.getvalue()
+        return check("small.toml", gate.path, Asked(), folder, Outlets(**outlets), render=False, console=console), told.getvalue()
 
     return call
 
@@ -65,3 +69,27 @@ def test_half_a_check_is_none(gate, checked):
     with closing(sqlite3.connect(path)) as database:
         assert database.execute("SELECT count(*) FROM checks").fetchone() == (0,)
     assert history.append(path, found, "abc") == 1
+
+
+def test_the_page_has_the_trends_and_leads_to_them(gate, checked):
+    folder = gate.home / "out"
+    checked(0.05)
+    assert (folder / "trends.html").exists() and not (folder / "index.html").exists(), "there was no page to lead from"
+    page.write(store_results.read(folder), folder)
+    (folder / "trends.html").unlink()
+    checked(0.09)
+    assert 'href="trends.html"' in (folder / "index.html").read_text(encoding="utf-8")
+    found = json.loads((folder / "trends.json").read_text(encoding="utf-8"))
+    assert [check["number"] for check in found["checks"]] == [1, 2]
+    [series] = found["series"]
+    assert series["cell"] == two.name("one") and [p["verdict"] for p in series["points"]] == ["unchanged", "further"]
+
+
+def test_a_history_elsewhere_goes_on_in_a_fresh_folder(gate, checked):
+    past = gate.home / "kept" / "history.sqlite"
+    for _ in range(2):
+        checked(0.05, history=past)
+        shutil.rmtree(gate.home / "out")
+    checked(0.05, history=past)
+    assert not (gate.home / "out" / "history.sqlite").exists()
+    assert len(json.loads((gate.home / "out" / "trends.json").read_text(encoding="utf-8"))["checks"]) == 3
