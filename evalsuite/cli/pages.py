@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from evalsuite.cli.app import Json, NoCache, Quality, TargetError, app, err, error_of, print_json
+from evalsuite.cli.app import Json, NoCache, Quality, Size, TargetError, app, err, error_of, print_json, size_of
 from evalsuite.errors import EvalsuiteError
 
 
@@ -24,6 +24,7 @@ def figures(
     ] = None,
     quality: Quality = None,
     target_error: TargetError = None,
+    size: Size = None,
     out_dir: Annotated[Path, typer.Option("--out", help="Folder for ID.png, .pdf, .html, .json and latex/ID.")] = Path(
         "reports/build/figures"
     ),
@@ -37,7 +38,7 @@ def figures(
 
     error, cap = error_of(quality, target_error)
     real = commands.Real(commands.given("--env", env or (), commands.MAPS))
-    settings = Settings(error, cap, None, 0, False, ledger=False)
+    settings = Settings(error, cap, size_of(size), 0, False, ledger=False)
     made = commands.make(ids or [], out_dir, real, settings, jobs=jobs, read_cache=not no_cache, console=err)
     if as_json:
         print_json([numbers for _, numbers in made])

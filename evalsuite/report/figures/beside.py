@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from evalsuite.plan import format_value
 from evalsuite.report.figures import grids
 from evalsuite.report.figures.rendered import ERROR, Rendered
 
@@ -16,7 +15,7 @@ ACROSS = 6
 
 
 def data(cells: Rendered, *properties: str) -> dict[str, Any]:
-    """properties: that tell the columns apart; an `=` before one names it as the papers of other exponents do (s)."""
+    """properties: that tell the columns apart, as `exponent`, or `exponent=s` where the paper calls it s."""
     return {
         "cells": cells,
         "titles": [_title(cells.cell(id=c["id"]), properties) for c in cells.cells],
@@ -28,16 +27,14 @@ def data(cells: Rendered, *properties: str) -> dict[str, Any]:
 
 
 def _title(cell: Mapping, properties: tuple[str, ...]) -> str:
-    values = {
-        **(cell["all_parameters"] or {}),
-        **(cell["parameters"] or {}),
-        **{k: cell[k] for k in ("technique", "scene", "environment")},
-    }
+    own = {name: cell[name] for name in ("technique", "scene", "environment")}
+    values = {**(cell["all_parameters"] or {}), **(cell["parameters"] or {}), **own}
     parts = []
-    for name in properties:
-        value, word = values.get(name), WORDS.get(name, name)
+    for stated in properties:
+        name, _, word = stated.partition("=")
+        value, word = values.get(name), word or WORDS.get(name, name)
         if value is not None:
-            text = format_value(value)
+            text = f"{value:.3g}" if isinstance(value, float) else str(value)
             parts.append(f"{word} = {text}" if word else text)
     return ", ".join(parts)
 
@@ -49,4 +46,10 @@ def draw(data: dict[str, Any]) -> grids.Grid:
         part = slice(first, first + ACROSS)
         rows = [data[name][part] for name in ("image", "truth", "error")]
         blocks.append(grids.Block(rows, "", data["titles"][part], ("real time", "Mitsuba 3", "relative RMSE")))
-    return grids.Grid(blocks, stacked=True, scale=ERROR, note=data["cells"].note(), width=max(3.4, 1.75 * min(count, ACROSS)))
+    return grids.Grid(
+        blocks,
+        stacked=True,
+        scale=ERROR,
+        note=data["cells"].note(),
+        width=max(1.75, 3.0 - 0.4 * min(count, ACROSS)) * min(count, ACROSS),
+    )
