@@ -149,15 +149,6 @@ def _compare_files(image: Path, reference: Path, standard_error: Path | None, ma
     return result.to_json()
 
 
-def make_figures(ids: list[str], directory: Path) -> list[tuple[list[Path], dict]]:
-    """Draw figures of the papers into `directory`; paths and measured numbers of each. Raises EvalsuiteError."""
-    from evalsuite.report import figures
-
-    chosen = figures.choose(ids)
-    store_results.prepare(directory)
-    return [figures.make(figure, directory) for figure in chosen]
-
-
 def examine() -> dict:
     """What `doctor` says: {"checks": [{name, ok, text, fix}], "gl": …, "mitsuba": …}."""
     checks: list[dict] = []

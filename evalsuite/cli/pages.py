@@ -9,12 +9,7 @@ from typing import Annotated
 
 import typer
 
-from evalsuite.cli.app import (
-    Json,
-    app,
-    err,
-    print_json,
-)
+from evalsuite.cli.app import Jobs, Json, NoCache, Quality, Size, TargetError, app, err, error_of, print_json, size_of
 from evalsuite.errors import EvalsuiteError
 
 
@@ -23,16 +18,28 @@ def figures(
     ids: Annotated[
         list[str] | None, typer.Argument(metavar="[ID]…", help="Ids from `evalsuite list figures`; default: all.")
     ] = None,
-    out_dir: Annotated[Path, typer.Option("--out", help="Folder for ID.png, ID.pdf and ID.json.")] = Path(
+    env: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=FILE", help="A paper's own map, as uffizi=FILE, instead of a stand-in. Repeatable."),
+    ] = None,
+    quality: Quality = None,
+    target_error: TargetError = None,
+    size: Size = None,
+    out_dir: Annotated[Path, typer.Option("--out", help="Folder for ID.png, .pdf, .html, .json and latex/ID.")] = Path(
         "reports/build/figures"
     ),
+    jobs: Jobs = None,
+    no_cache: NoCache = False,
     as_json: Json = False,
 ) -> None:
-    """Draw the papers' figures, with the measured numbers beside."""
-    from evalsuite.commands import make_figures
+    """Draw the papers' figures beside Mitsuba's truth, with the measured numbers."""
+    from evalsuite import commands_figures as commands
+    from evalsuite.pipeline import Settings
 
-    with err.status("drawing"):
-        made = make_figures(ids or [], out_dir)
+    error, cap = error_of(quality, target_error)
+    real = commands.Real(commands.given("--env", env or (), commands.MAPS))
+    settings = Settings(error, cap, size_of(size), 0, False, ledger=False)
+    made = commands.make(ids or [], out_dir, real, settings, jobs=jobs, read_cache=not no_cache, console=err)
     if as_json:
         print_json([numbers for _, numbers in made])
         return

@@ -11,36 +11,86 @@ from pathlib import Path
 
 from evalsuite.errors import EvalsuiteError
 from evalsuite.image.files import replacing
+from evalsuite.report.figures import grids
+from evalsuite.report.figures.rendered import Rendered
 
 
 @dataclass(frozen=True)
 class Figure:
     """A figure of a paper, or one that holds a paper's choice against ours. id: <paper>-fig<number>, or what it is about. title:
-    what it shows. module: in this folder; `data()` computes what is shown, (arrays and plain values, with `measured` for the JSON
-    file), `draw(data)` returns a matplotlib Figure."""
+    what it shows. module: in this folder, with arguments after colons; `data()` computes what is shown (arrays and plain values,
+    with `measured` for the JSON file), `draw(data)` returns a matplotlib Figure or a `grids.Grid`. rendered: whether it is made
+    of cells, those of reports/figures/<id>.toml, which then are `data`'s first argument (`rendered.Rendered`)."""
 
     id: str
     paper: str
     title: str
     module: str
+    rendered: bool = False
 
 
-_NOTES = "Heidrich: Environment Maps and Their Applications (course notes), Fig 4"
+_NOTES = "Heidrich: Environment Maps and Their Applications (course notes), Fig {}"
 _MCGUIRE = "McGuire, Evangelakos, Wilcox, Donow, Mara: Plausible Blinn-Phong Reflection of Standard Cube MIP-Maps, 2013, Eq 12"
-_KDS = "Kautz, Daubert, Seidel: Advanced Environment Mapping in VR Applications, 2004, Fig 5"
-_HS98 = "Heidrich and Seidel: View-Independent Environment Maps, 1998, Fig 3"
+_SPHERES = "McGuire, Evangelakos, Wilcox, Donow, Mara: Plausible Blinn-Phong Reflection of Standard Cube MIP-Maps, 2013, Fig 2"
+_KAUTZ = "Kautz, Daubert, Seidel: Advanced Environment Mapping in VR Applications, 2004, Fig {}"
+_HS98 = "Heidrich and Seidel: View-Independent Environment Maps, 1998, Fig {}"
 
 FIGURES: Mapping[str, Figure] = {
     figure.id: figure
     for figure in (
-        Figure("001-fig4", _NOTES, "Sampling rates of sphere, cube and dual paraboloid maps over direction", "sampling_rates"),
         Figure(
-            "002-fig3", _HS98, "Solid angle of a paraboloid map's texel over the angle from the viewing direction", "paraboloid"
+            "001-fig1", _NOTES.format(1), "Sphere map from the centre of a coloured cube", "map_pictures:sphere:coloured-cube"
+        ),
+        Figure(
+            "001-fig4",
+            _NOTES.format(4),
+            "Sampling rates of sphere, cube and dual paraboloid maps over direction",
+            "sampling_rates",
+        ),
+        Figure(
+            "001-fig5",
+            _NOTES.format(5),
+            "Dual paraboloid map from the centre of a coloured cube",
+            "map_pictures:paraboloid:coloured-cube",
+        ),
+        Figure("001-fig6", _NOTES.format(6), "Dual paraboloid map of an office", "map_pictures:paraboloid:office"),
+        Figure(
+            "001-fig12",
+            _NOTES.format(12),
+            "A circle in a paraboloid map is not quite a circle on the sphere",
+            "circle_distortion",
+        ),
+        Figure("002-fig1", _HS98.format(1), "Sphere map from the centre of a coloured cube", "map_pictures:sphere:coloured-cube"),
+        Figure(
+            "002-fig4",
+            _HS98.format(4),
+            "Dual paraboloid map from the centre of a coloured cube",
+            "map_pictures:paraboloid:coloured-cube",
+        ),
+        Figure("002-fig5", _HS98.format(5), "Dual paraboloid map of an office", "map_pictures:paraboloid:office"),
+        Figure(
+            "002-fig3",
+            _HS98.format(3),
+            "Solid angle of a paraboloid map's texel over the angle from the viewing direction",
+            "paraboloid",
         ),
         Figure(
             "headroom-mcguire", _MCGUIRE, "Best constant in McGuire's level over maps, exponents and lobes", "headroom_mcguire"
         ),
-        Figure("headroom-boxmip", _KDS, "LOD bias of box-filtered MIPs and the Phong exponent it stands for", "headroom_boxmip"),
+        Figure(
+            "headroom-boxmip",
+            _KAUTZ.format(5),
+            "LOD bias of box-filtered MIPs and the Phong exponent it stands for",
+            "headroom_boxmip",
+        ),
+        Figure("000-fig3", _KAUTZ.format(3), "Fresnel and LOD bias on three objects", "beside:scene:fresnel_normal:bias", True),
+        Figure("000-fig4", _KAUTZ.format(4), "Cube faces show at a high LOD bias", "beside:technique:bias", True),
+        Figure("000-fig5", _KAUTZ.format(5), "Phong map and box-filtered MIPs", "beside:technique:bias:exponent", True),
+        Figure("001-fig8", _NOTES.format(8), "Fresnel: weighted mirror, plus diffuse, blended", "fresnel_grid", True),
+        Figure("001-fig14", _NOTES.format(14), "Phong filtering in every frame", "beside:environment:exponent", True),
+        Figure("001-fig15", _NOTES.format(15), "Non-photorealistic maps", "beside:technique", True),
+        Figure("003-fig2", _SPHERES, "McGuire's level over the exponent", "beside:exponent=s", True),
+        Figure("000-fig6", _KAUTZ.format(6), "Fresnel term and LOD bias, a grid of both", "kautz_grid", True),
     )
 }
 
@@ -57,19 +107,39 @@ def choose(ids: Sequence[str]) -> list[Figure]:
     return [FIGURES[name] for name in ids] or list(FIGURES.values())
 
 
-def make(figure: Figure, directory: Path) -> tuple[list[Path], dict]:
-    """Compute and draw a figure: <id>.png, <id>.pdf and <id>.json, the measured numbers, into `directory` (made where it is not
-    there). Returns the paths and the numbers. Raises EvalsuiteError for a folder that cannot be written."""
-    module = importlib.import_module(f"{__name__}.{figure.module}")
-    data = module.data()
+def make(figure: Figure, directory: Path, cells: Rendered | None = None) -> tuple[list[Path], dict]:
+    """Compute and draw a figure into `directory` (made where it is not there): <id>.png, <id>.pdf and <id>.json, the measured
+    numbers; of a grid of pictures also <id>.html and latex/<id>/<id>.tex. Returns the paths and the numbers. Raises
+    EvalsuiteError for a folder that cannot be written."""
+    name, *arguments = figure.module.split(":")
+    module = importlib.import_module(f"{__name__}.{name}")
+    data = module.data(cells, *arguments) if figure.rendered else module.data(*arguments)
     numbers = {"id": figure.id, "paper": figure.paper, "title": figure.title, **data["measured"]}
+    if cells:
+        numbers |= {"stand_ins": dict(cells.stand_ins), "cells": {c["id"]: _cell(c) for c in cells.cells}}
     drawing = module.draw(data)
+    grid = drawing if isinstance(drawing, grids.Grid) else None
+    drawing = grids.draw(grid) if grid else drawing
     paths = [directory / f"{figure.id}.{kind}" for kind in ("png", "pdf", "json")]
     for path in paths[:2]:
         # Without dates a figure drawn again is the same file.
         metadata = {"Title": figure.title} | ({"CreationDate": None} if path.suffix == ".pdf" else {"Software": None})
         with replacing(path) as place:
-            drawing.savefig(place, format=path.suffix[1:], dpi=200, metadata=metadata)
+            drawing.savefig(place, format=path.suffix[1:], dpi=300 if grid else 200, metadata=metadata)
+    if grid:
+        paths += [directory / f"{figure.id}.html", directory / "latex" / figure.id / f"{figure.id}.tex"]
+        for path in paths[3:]:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            grids.write(grid, path)
     with replacing(paths[2]) as place:
         place.write_text(json.dumps(numbers, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     return paths, numbers
+
+
+def _cell(cell: Mapping) -> dict:
+    """What of a cell a figure's numbers rest on."""
+    names = ("rel_rmse", "rel_bias", "flip")
+    metrics = {
+        name: {k: cell["metrics"][name][k] for k in ("value", "ci95")} for name in names if name in (cell["metrics"] or {})
+    }
+    return {"status": cell["status"], "reference": cell.get("reference_id"), "reproduce": cell.get("reproduce"), **metrics}
