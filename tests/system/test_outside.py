@@ -23,16 +23,19 @@ import two_runs
 SITE = """
 import os, sys
 log = os.open(os.environ["WRITES"], os.O_WRONLY | os.O_APPEND | os.O_CREAT)
-def note(*paths):
+def note(*paths, folder=None):
+    base = os.readlink(f"/proc/self/fd/{folder}") if isinstance(folder, int) and folder >= 0 else os.getcwd()
     for path in paths:
         if isinstance(path, (str, bytes)) or hasattr(path, "__fspath__"):
-            os.write(log, os.fsencode(os.path.abspath(os.fsdecode(path))) + b"\\n")
+            os.write(log, os.fsencode(os.path.abspath(os.path.join(base, os.fsdecode(path)))) + b"\\n")
 def hook(event, args):
     if event == "open":
         path, mode, flags = args
         if flags & (os.O_WRONLY | os.O_RDWR | os.O_CREAT) or (isinstance(mode, str) and set(mode) & set("wax+")):
             note(path)
-    elif event in ("os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.link", "os.symlink", "os.truncate", "shutil.rmtree",
+    elif event in ("os.remove", "os.rmdir"):
+        note(args[0], folder=args[1])
+    elif event in ("os.mkdir", "os.rename", "os.link", "os.symlink", "os.truncate", "shutil.rmtree",
                    "sqlite3.connect", "os.chmod"):
         note(*args[:2])
 sys.addaudithook(hook)
