@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from evalsuite.report import figures
 from evalsuite.report.figures.rendered import Rendered
 from evalsuite.scene import builtin
 from evalsuite.store import results as store_results
+from evalsuite.store.cache import write_atomic
 
 
 @dataclass(frozen=True)
@@ -112,3 +114,23 @@ def _plan(figure: figures.Figure, real: Real) -> tuple[list[Cell], dict[str, str
         for group in report.groups
     )
     return plan(replace(report, groups=groups)), stand_ins
+
+
+def claims(ids: Sequence[str], directory: Path, maps: Mapping[str, Path], step: Callable[[str], None]) -> list[dict]:
+    """Measure claims, write claims.json and the page claims.html into `directory`; what claims.json has of each. step: told what
+    is measured next. Raises EvalsuiteError."""
+    from evalsuite.report import claims as table
+    from evalsuite.report import claims_page
+
+    chosen = table.choose(ids)
+    store_results.prepare(directory)
+    found = []
+    for claim in chosen:
+        step(claim.says)
+        found.append(table.check(claim, maps))
+    write_atomic(
+        directory / "claims.json",
+        json.dumps({"schema": "evalsuite.claims/1", "claims": found}, indent=1, ensure_ascii=False) + "\n",
+    )
+    claims_page.write(found, directory)
+    return found

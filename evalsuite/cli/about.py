@@ -15,7 +15,7 @@ from evalsuite.cli.app import (
     print_table,
 )
 
-list_app = typer.Typer(no_args_is_help=True, help="What there is: scenes, techniques, targets, reports, figures.")
+list_app = typer.Typer(no_args_is_help=True, help="What there is: scenes, techniques, targets, reports, figures, claims.")
 app.add_typer(list_app, name="list")
 
 
@@ -70,6 +70,15 @@ def list_figures(as_json: Json = False) -> None:
 
     rows = [{"id": f.id, "paper": f.paper, "title": f.title} for f in FIGURES.values()]
     print_json(rows) if as_json else print_table(rows, ["id", "title", "paper"])
+
+
+@list_app.command("claims")
+def list_claims(as_json: Json = False) -> None:
+    """The papers' statements that `evalsuite claims` checks."""
+    from evalsuite.report.claims import CLAIMS
+
+    rows = [{"id": c.id, "says": c.says, "where": c.where} for c in CLAIMS.values()]
+    print_json(rows) if as_json else print_table(rows, ["id", "says", "where"])
 
 
 @list_app.command("reports")

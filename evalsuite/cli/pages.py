@@ -1,4 +1,4 @@
-"""What was made: figures, open, serve, export."""
+"""What was made: figures, claims, open, serve, export."""
 
 from __future__ import annotations
 
@@ -9,7 +9,20 @@ from typing import Annotated
 
 import typer
 
-from evalsuite.cli.app import Jobs, Json, NoCache, Quality, Size, TargetError, app, err, error_of, print_json, size_of
+from evalsuite.cli.app import (
+    Jobs,
+    Json,
+    NoCache,
+    Quality,
+    Size,
+    TargetError,
+    app,
+    err,
+    error_of,
+    print_json,
+    print_table,
+    size_of,
+)
 from evalsuite.errors import EvalsuiteError
 
 
@@ -45,6 +58,33 @@ def figures(
         return
     for paths, _ in made:
         print(*paths, sep="\n")
+
+
+@app.command()
+def claims(
+    ids: Annotated[
+        list[str] | None, typer.Argument(metavar="[ID]…", help="Ids from `evalsuite list claims`; default: all.")
+    ] = None,
+    env: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=FILE", help="A paper's own map, as grace=FILE. Repeatable.")
+    ] = None,
+    out_dir: Annotated[Path, typer.Option("--out", help="Folder for claims.html and claims.json.")] = Path(
+        "reports/build/claims"
+    ),
+    as_json: Json = False,
+) -> None:
+    """Check the papers' statements: what each says, what is measured, whether it holds."""
+    from evalsuite import commands_figures as commands
+
+    maps = commands.given("--env", env or (), commands.MAPS)
+    with err.status("measuring") as status:
+        found = commands.claims(ids or [], out_dir, maps, status.update)
+    if as_json:
+        print_json(found)
+    else:
+        print_table([{"verdict": one["verdict"], "claim": one["says"], "measured": one["measured"]} for one in found],
+                    ["verdict", "claim", "measured"])  # fmt: skip
+        print((out_dir / "claims.html").resolve())
 
 
 def _folder(report: str) -> Path:

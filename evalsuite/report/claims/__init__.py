@@ -1,0 +1,110 @@
+"""The papers' statements that can be checked: one visible table. What measures them is imported when it does."""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from evalsuite.errors import EvalsuiteError
+
+
+@dataclass(frozen=True)
+class Claim:
+    """id: <paper>-<what>. where: in the paper. says: in our words. measure: module:function here, which returns a
+    `verdict.Finding`. figure: id of the figure that shows it. maps: whether it takes the papers' own maps, as far as given."""
+
+    id: str
+    where: str
+    says: str
+    measure: str
+    figure: str | None = None
+    maps: bool = False
+
+
+_KAUTZ = "Kautz, Daubert, Seidel 2004, "
+_NOTES = "Heidrich, course notes, "
+_LIGHTS = "Environment maps as area lights, "
+
+CLAIMS: Mapping[str, Claim] = {
+    claim.id: claim
+    for claim in (
+        Claim(
+            "000-sh-texels",
+            _KAUTZ + "§5.1.1",
+            "8 × 8 texels a face are enough for nine SH coefficients.",
+            "harmonics:eight_texels",
+        ),
+        Claim("000-sh-time", _KAUTZ + "§5.1.1", "The projection onto SH takes about 2 ms.", "harmonics:projection_time"),
+        Claim(
+            "000-bias-225",
+            _KAUTZ + "Fig 5",
+            "Box-filtered MIPs at b = 2.25 look like the Phong map with N = 225.",
+            "levels:bias_for_phong",
+            "000-fig5",
+        ),
+        Claim("001-cube-ratio", _NOTES + "§2.2", "A cube map's sampling rate varies by 3√3.", "maps:cube", "001-fig4"),
+        Claim(
+            "001-paraboloid-ratio",
+            _NOTES + "§2.3",
+            "A paraboloid map's sampling rate varies by 4.",
+            "maps:paraboloid_map",
+            "002-fig3",
+        ),
+        Claim(
+            "001-circle",
+            _NOTES + "Fig 12",
+            "The distortion of a filter's circle goes up to 25 % for large radii.",
+            "maps:circle",
+            "001-fig12",
+        ),
+        Claim("001-radii", _NOTES + "§3.2.5", "The smallest filter radius is half the largest.", "maps:radii"),
+        Claim("001-filter-sizes", _NOTES + "§3.2.5, table", "Filter sizes for N = 10 … 500.", "maps:filter_sizes"),
+        Claim("001-shrink-factors", _NOTES + "§3.2.5, table", "Shrink factors for N = 10 … 500.", "maps:shrink_factors"),
+        Claim(
+            "004-counts",
+            _LIGHTS + "Table 1",
+            "Galileo has 8 lights, Grace 10, the kitchen 4, St Peter's 17.",
+            "area_lights:counts",
+            maps=True,
+        ),
+        Claim("004-time", _LIGHTS + "§4", "Decomposing a map takes 0.5 to 1.5 hours.", "area_lights:seconds"),
+        Claim(
+            "004-larger",
+            _LIGHTS + "§5",
+            "The lights are slightly larger than the regions they stand for.",
+            "area_lights:larger",
+        ),
+    )
+}
+
+
+def choose(ids: Sequence[str]) -> list[Claim]:
+    """The named claims, all where none is named. Raises EvalsuiteError for an unknown id."""
+    for name in ids:
+        if name not in CLAIMS:
+            near = difflib.get_close_matches(name, list(CLAIMS), n=1)
+            hint = f"did you mean '{near[0]}'? " if near else ""
+            raise EvalsuiteError(
+                f"claim '{name}'", "no such id", f"one of {', '.join(CLAIMS)}", f"{hint}See `evalsuite list claims`"
+            )
+    return [CLAIMS[name] for name in ids] or list(CLAIMS.values())
+
+
+def check(claim: Claim, maps: Mapping[str, Path]) -> dict:
+    """Measure a claim; what claims.json has of it."""
+    module, function = claim.measure.split(":")
+    measure = getattr(importlib.import_module(f"{__name__}.{module}"), function)
+    finding = measure(maps) if claim.maps else measure()
+    method = " ".join((measure.__doc__ or "").split())
+    return {
+        "id": claim.id,
+        "where": claim.where,
+        "says": claim.says,
+        "figure": claim.figure,
+        "method": method,
+        "command": f"evalsuite claims {claim.id}",
+        **asdict(finding),
+    }
