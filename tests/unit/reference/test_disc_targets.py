@@ -21,6 +21,7 @@ from evalsuite.reference import integrators, worker
 from evalsuite.reference.integrators import TARGETS
 from evalsuite.scene.model import SceneSource
 from evalsuite.steps import Steps
+from evalsuite.store.cache import Store
 
 ENVMAP = '<emitter type="envmap"><string name="filename" value="map.exr"/>{}</emitter>'
 CUBE = '<shape type="cube"><bsdf type="diffuse" id="subject"/><transform name="to_world"><translate y="1"/></transform></shape>'
@@ -335,7 +336,7 @@ class Keys(Steps):
 
 
 def test_settings_decide_the_keys_of_these_targets_alone(tmp_path, monkeypatch):
-    source, keys = write(tmp_path, CUBE, BLACK), Keys(None, None)
+    source, keys = write(tmp_path, CUBE, BLACK), Keys(Store(tmp_path / "store"), None)
     settings = [None, DecompositionSettings(), DecompositionSettings(stop=0.05)]
     formulas = tmp_path / "decompose.py"
 
