@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from evalsuite.compare import Comparison
 from evalsuite.compare import compare as compare_pictures
-from evalsuite.errors import EvalsuiteError
+from evalsuite.errors import EvalsuiteError, unknown
 from evalsuite.execute.local import Workers
 from evalsuite.gpu import registry
 from evalsuite.gpu.plan import cannot_stand_for
 from evalsuite.image import exr
 from evalsuite.lights.model import DecompositionSettings
 from evalsuite.pipeline import Progress, Run, Settings
-from evalsuite.plan import DISCS, QUALITY, TARGETS, Cell, Value, unknown
+from evalsuite.plan import DISCS, QUALITY, TARGETS, Cell, Value
 from evalsuite.report import notebook
 from evalsuite.scene import builtin
 from evalsuite.scene.dependencies import check_parameters
@@ -97,7 +97,10 @@ def _workers() -> Workers:
 def _run(settings: Settings) -> Run:
     import warnings
 
-    return Run(Store(), _workers(), settings, Progress(warn=lambda text: warnings.warn(text, stacklevel=4)))
+    def warn(text: str) -> None:
+        warnings.warn(text, stacklevel=4)
+
+    return Run(Store(warn=warn), _workers(), settings, Progress(warn=warn))
 
 
 def load_scene(

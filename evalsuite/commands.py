@@ -18,7 +18,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from evalsuite import rounds
 from evalsuite.compare import compare, headroom_pool
-from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed
+from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed, unknown
 from evalsuite.execute.local import Lane, Workers
 from evalsuite.image import exr
 from evalsuite.pipeline import Progress as Told
@@ -53,7 +53,7 @@ def run_report(
     kept = {c.id: made[c.id] for c in cells if c.id in made and made[c.id]["reproduce"] == reproduce(c, settings)}
     todo = [cell for cell in cells if cell.id not in kept]
     with Workers(jobs) as workers, _progress(console, len(todo)) as told:
-        run = Run(Store(read=read_cache), workers, settings, told)
+        run = Run(Store(read=read_cache, warn=told.warn), workers, settings, told)
         fresh = {cell["id"]: (cell, files) for cell, files in run_cells(run, todo)}
         for cell in kept.values():
             files = {name: directory / path for name, path in cell["images"].items()}
@@ -256,7 +256,6 @@ def convert_environment(
 ) -> dict:
     """Write a map in another representation; facts of both: sizes, mean radiance, what the conversion did to the energy."""
     from evalsuite.image import environment_maps as maps
-    from evalsuite.plan import unknown
     from evalsuite.scene.environment import clean_environment
 
     for option, value in (("--to", to), ("--from", origin)):

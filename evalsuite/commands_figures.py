@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rich.console import Console
@@ -36,20 +36,12 @@ MAPS: Mapping[str, Role] = {
     "kitchen": Role("the kitchen", "office"),
     "st-peters": Role("St Peter's", "cathedral"),
 }
-#: Objects, by the name that `--mesh NAME=FILE` takes; stand-ins are scenes.
+#: Objects; stand-ins are scenes.
 MESHES: Mapping[str, Role] = {
     "bunny": Role("the bunny", "organic"),
     "bust": Role("the bust", "teapot"),
     "car": Role("the car", "torus"),
 }
-
-
-@dataclass(frozen=True)
-class Real:
-    """The papers' own maps and meshes, as far as the user has them: role → file."""
-
-    maps: Mapping[str, Path] = field(default_factory=dict)
-    scenes: Mapping[str, Path] = field(default_factory=dict)
 
 
 def given(option: str, texts: Sequence[str], roles: Mapping[str, Role]) -> dict[str, Path]:
@@ -68,13 +60,20 @@ def given(option: str, texts: Sequence[str], roles: Mapping[str, Role]) -> dict[
 
 
 def make(
-    ids: Sequence[str], directory: Path, real: Real, settings: Settings, *, jobs: int | None, read_cache: bool, console: Console
+    ids: Sequence[str],
+    directory: Path,
+    maps: Mapping[str, Path],
+    settings: Settings,
+    *,
+    jobs: int | None,
+    read_cache: bool,
+    console: Console,
 ) -> list[tuple[list[Path], dict]]:
     """Draw figures into `directory`, with the run of all their cells in `directory`/cells; paths and measured numbers of each.
-    Raises EvalsuiteError."""
+    maps: the papers' own, role → file, as far as given. Raises EvalsuiteError."""
     chosen = figures.choose(ids)
     store_results.prepare(directory)
-    planned = {figure.id: _plan(figure, real) for figure in chosen if figure.rendered}
+    planned = {figure.id: _plan(figure, maps) for figure in chosen if figure.rendered}
     cells = {cell.id: cell for made, _ in planned.values() for cell in made}
     run: dict[str, Mapping] = {}
     if cells:
@@ -92,7 +91,7 @@ def make(
     return made
 
 
-def _plan(figure: figures.Figure, real: Real) -> tuple[list[Cell], dict[str, str]]:
+def _plan(figure: figures.Figure, maps: Mapping[str, Path]) -> tuple[list[Cell], dict[str, str]]:
     """The cells of a figure, and what stands in for what in them."""
     report = load_report(str(builtin.reports_directory() / "figures" / f"{figure.id}.toml"))
     stand_ins: dict[str, str] = {}
@@ -108,8 +107,8 @@ def _plan(figure: figures.Figure, real: Real) -> tuple[list[Cell], dict[str, str
     groups = tuple(
         replace(
             group,
-            scenes=tuple(put(name, MESHES, real.scenes) for name in group.scenes),
-            environments=tuple(put(name, MAPS, real.maps) for name in group.environments),
+            scenes=tuple(put(name, MESHES, {}) for name in group.scenes),
+            environments=tuple(put(name, MAPS, maps) for name in group.environments),
         )
         for group in report.groups
     )

@@ -5,6 +5,9 @@ Libraries raise these; only `cli` prints them and turns them into exit codes.
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Iterable
+
 
 class EvalsuiteError(Exception):
     """Bad input or usage (exit code 2). Its text is one line: `where: got …, expected …; fix`."""
@@ -34,3 +37,11 @@ class WorkerFailed(EvalsuiteError):
 
 class Unwritable(EvalsuiteError):
     """A folder that cannot be written, or has no space left: ends the run, for the next cell would fare no better."""
+
+
+def unknown(what: str, name: str, known: Iterable[str], see: str, more: str = "") -> EvalsuiteError:
+    """The one line for a name that is none of those known: all of them, the nearest, where they are listed. more: what else it
+    may be."""
+    near = difflib.get_close_matches(name, list(known), n=1)
+    hint = f"did you mean '{near[0]}'? " if near else ""
+    return EvalsuiteError(f"{what} '{name}'", "no such name", f"one of {', '.join(known)}{more}", f"{hint}See {see}")

@@ -5,7 +5,6 @@ A cell is one scene × technique × parameters × target: one GPU picture, one M
 
 from __future__ import annotations
 
-import difflib
 import fnmatch
 import itertools
 import re
@@ -14,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from evalsuite.errors import EvalsuiteError
+from evalsuite.errors import EvalsuiteError, unknown
 from evalsuite.gpu import registry
 from evalsuite.scene import builtin
 from evalsuite.scene.dependencies import ROOM, names_id, room_path
@@ -173,12 +172,6 @@ def report_path(name: str) -> Path:
     if name not in known:
         raise unknown("report", name, known, "`evalsuite list reports`")
     return known[name]
-
-
-def unknown(what: str, name: str, known: Sequence[str] | Mapping, see: str) -> EvalsuiteError:
-    near = difflib.get_close_matches(name, list(known), n=1)
-    hint = f"did you mean '{near[0]}'? " if near else ""
-    return EvalsuiteError(f"{what} '{name}'", "no such name", f"one of {', '.join(known)}", f"{hint}See {see}")
 
 
 _GROUP_KEYS = {"name", "scenes", "techniques", "environments", "targets", "parameters", "headroom"}

@@ -94,7 +94,7 @@ class Match:
         return comparison
 
     def _bound(self, comparison: Comparison, metric: str, bound: float, sign: int) -> None:
-        from evalsuite.plan import unknown
+        from evalsuite.errors import unknown
 
         if metric not in comparison.metrics:
             raise unknown("metric", metric, list(comparison.metrics), "docs/results.md")

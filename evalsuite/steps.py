@@ -72,7 +72,6 @@ class Steps:
     progress: Progress = field(default_factory=Progress)
 
     def __post_init__(self) -> None:
-        self.store.warn = self.progress.warn
         self._steps: dict[tuple[str, str], Future] = {}
         self._models: dict[str, Scene] = {}
         self._seen: dict[str, GBuffer] = {}

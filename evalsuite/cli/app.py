@@ -12,7 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from evalsuite import __version__
-from evalsuite.errors import EvalsuiteError
+from evalsuite.errors import EvalsuiteError, unknown
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -62,7 +62,7 @@ def direction_of(option: str, text: str) -> tuple[float, float, float]:
 
 def error_of(quality: str | None, target_error: float | None) -> tuple[float, int]:
     """(relative standard error, cap on samples per pixel)."""
-    from evalsuite.plan import QUALITY, unknown, usual_cap
+    from evalsuite.plan import QUALITY, usual_cap
 
     if target_error is not None:
         if not 0 < target_error < 1:

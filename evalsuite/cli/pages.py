@@ -50,9 +50,9 @@ def figures(
     from evalsuite.pipeline import Settings
 
     error, cap = error_of(quality, target_error)
-    real = commands.Real(commands.given("--env", env or (), commands.MAPS))
+    maps = commands.given("--env", env or (), commands.MAPS)
     settings = Settings(error, cap, size_of(size), 0, False, ledger=False)
-    made = commands.make(ids or [], out_dir, real, settings, jobs=jobs, read_cache=not no_cache, console=err)
+    made = commands.make(ids or [], out_dir, maps, settings, jobs=jobs, read_cache=not no_cache, console=err)
     if as_json:
         print_json([numbers for _, numbers in made])
         return

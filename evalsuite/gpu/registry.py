@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
-from evalsuite.errors import EvalsuiteError
+from evalsuite.errors import EvalsuiteError, unknown
 from evalsuite.gpu.techniques import TECHNIQUES, user_shader
 from evalsuite.gpu.techniques.base import Technique
 
@@ -38,10 +37,7 @@ def find(name: str) -> Technique:
         return _user(Path(name))
     if name in _installed():
         return _from_package(name)
-    near = difflib.get_close_matches(name, names(), n=1)
-    hint = f"did you mean '{near[0]}'? " if near else ""
-    raise EvalsuiteError(f"technique '{name}'", "no such name", f"one of {', '.join(names())}, or the path of a .glsl file",
-                         f"{hint}See `evalsuite list techniques`")  # fmt: skip
+    raise unknown("technique", name, names(), "`evalsuite list techniques`", ", or the path of a .glsl file")
 
 
 def _user(path: Path) -> Technique:

@@ -44,3 +44,10 @@ def read_bytes(path: Path, count: int = -1) -> bytes:
     if not data:
         raise EvalsuiteError(path, "an empty file", FORMATS)
     return data
+
+
+def file_stamp(path: Path) -> tuple[int, ...]:
+    """What changes with a file's content, without reading it. The inode's own time too: a program can set the other one back.
+    Raises OSError."""
+    status = path.stat()
+    return status.st_mtime_ns, status.st_ctime_ns, status.st_size, status.st_ino

@@ -8,14 +8,13 @@ from pathlib import Path
 
 from evalsuite.errors import EvalsuiteError
 from evalsuite.image import exr, ldr, radiance_hdr
-from evalsuite.image.files import read_bytes
+from evalsuite.image.files import file_stamp, read_bytes
 
 
 def check_picture(path: Path) -> None:
     """Raises EvalsuiteError for a damaged OpenEXR or Radiance picture, and for a PNG or JPEG whose header says more pixels than
     it can hold, by what is in the file, whatever its name. Other files are not looked at."""
-    status = path.stat()
-    error = _problem(path, (status.st_mtime_ns, status.st_size))
+    error = _problem(path, file_stamp(path))
     if error is not None:
         raise error
 
@@ -26,7 +25,7 @@ def is_exr(path: Path) -> bool:
 
 
 @lru_cache(maxsize=256)
-def _problem(path: Path, stamp: tuple[int, int]) -> EvalsuiteError | None:
+def _problem(path: Path, stamp: tuple[int, ...]) -> EvalsuiteError | None:
     del stamp  # part of the key: a changed file is read again
     try:
         head = read_bytes(path, 4)

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from evalsuite.errors import EvalsuiteError
+from evalsuite.image.files import file_stamp
 from evalsuite.lights.model import DecompositionSettings
 from evalsuite.reference.integrators import TARGETS, integrator
 from evalsuite.reference.room import near_field
@@ -29,7 +30,7 @@ from evalsuite.reference.variants import activate
 from evalsuite.scene.dependencies import dependencies
 from evalsuite.scene.load import LoadedScene, load
 from evalsuite.scene.model import SceneSource
-from evalsuite.store.cache import file_stamp, write_atomic
+from evalsuite.store.cache import write_atomic
 from evalsuite.store.checksums import seal, unseal
 
 MIN_PASSES = 8  # fewer say little about their own scatter: with 8 a pixel's standard error is known to 1/√(2·7) = 27 %

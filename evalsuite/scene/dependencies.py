@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from evalsuite.errors import EvalsuiteError
+from evalsuite.image.files import file_stamp
 
 #: Scene parameter that names the room's file.
 ROOM = "room"
@@ -91,9 +92,9 @@ def _facts(path: Path, defines: Defines | None) -> _Facts:
     return replace(facts, declared=dict(facts.declared), files=set(facts.files))
 
 
-def _stamps(files: set[Path]) -> list[tuple[Path, int, int]]:
+def _stamps(files: set[Path]) -> list[tuple]:
     try:
-        return [(file, (status := file.stat()).st_mtime_ns, status.st_size) for file in sorted(files)]
+        return [(file, *file_stamp(file)) for file in sorted(files)]
     except OSError:  # gone meanwhile
         return []
 

@@ -23,6 +23,7 @@ import numpy as np
 import platformdirs
 
 from evalsuite.errors import Unwritable
+from evalsuite.image.files import file_stamp
 from evalsuite.store import checksums
 from evalsuite.store.claims import Claim, exclusive, tick, touch
 
@@ -67,12 +68,6 @@ def _file_digest(path: Path, stamp: tuple[int, ...]) -> str:
 def file_digest(path: Path) -> str:
     """SHA-256 (hex) of a file's bytes."""
     return _file_digest(path, file_stamp(path))
-
-
-def file_stamp(path: Path) -> tuple[int, ...]:
-    """What changes with a file's content, without reading it. The inode's own time too: a program can set the other one back."""
-    status = path.stat()
-    return status.st_mtime_ns, status.st_ctime_ns, status.st_size, status.st_ino
 
 
 @lru_cache(maxsize=64)

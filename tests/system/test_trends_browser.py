@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import shutil
 import sys
 from pathlib import Path
 
@@ -16,20 +15,11 @@ from evalsuite.report import trends as report
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "unit" / "report"))
 import synthetic_trends as synthetic
+from test_page_browser import CHROMIUM, browser  # noqa: F401
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 pytestmark = [pytest.mark.browser, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")]
 POINTS, CHANGES = [59, 142, 208], [217, 119, 43]
 TORUS = "torus/glossy-mcguire/exponent=12/direct"
-
-
-@pytest.fixture(scope="module")
-def browser():
-    api = pytest.importorskip("playwright.sync_api")
-    with api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu"])
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +32,7 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture
-def open_page(browser, folder):
+def open_page(browser, folder):  # noqa: F811
     """open_page(query, …) → the page; at the end no error was logged and nothing but local files was asked for."""
     contexts, problems, requests = [], [], []
 

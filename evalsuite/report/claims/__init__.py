@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import importlib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from evalsuite.errors import EvalsuiteError
+from evalsuite.errors import unknown
 
 
 @dataclass(frozen=True)
@@ -85,11 +84,7 @@ def choose(ids: Sequence[str]) -> list[Claim]:
     """The named claims, all where none is named. Raises EvalsuiteError for an unknown id."""
     for name in ids:
         if name not in CLAIMS:
-            near = difflib.get_close_matches(name, list(CLAIMS), n=1)
-            hint = f"did you mean '{near[0]}'? " if near else ""
-            raise EvalsuiteError(
-                f"claim '{name}'", "no such id", f"one of {', '.join(CLAIMS)}", f"{hint}See `evalsuite list claims`"
-            )
+            raise unknown("claim", name, CLAIMS, "`evalsuite list claims`")
     return [CLAIMS[name] for name in ids] or list(CLAIMS.values())
 
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from evalsuite.math import cubemap, hierarchical, paraboloid
 from evalsuite.report.claims.verdict import FAILS, HOLDS, LIMITS, Finding
-from evalsuite.report.figures.circle_distortion import outline
+from evalsuite.report.figures.circle_distortion import projected
+from evalsuite.report.figures.sampling_rates import ratio, whole
 
 #: Off a stated number by less than this is rounding in the paper, and a map's finite texels in ours.
 CLOSE = 0.01
@@ -30,29 +31,23 @@ def _ratio(found: float, stated: float, words: str) -> Finding:
 
 def cube() -> Finding:
     """Solid angle of a cube map's texel, centre of a face over corner: 3√3."""
-    omega = cubemap.texel_solid_angles(1024)
-    return _ratio(float(omega.max() / omega.min()), 3 * 3**0.5, "faces of 1024² texels")
+    return _ratio(ratio(cubemap.texel_solid_angles(1024)), 3 * 3**0.5, "faces of 1024² texels")
 
 
 def paraboloid_map() -> Finding:
     """Solid angle of a paraboloid map's texel, centre over rim: 4."""
     size = 2048
-    far = np.hypot(*np.meshgrid(*2 * ((np.abs(np.arange(size) + 0.5 - 0.5 * size) + 0.5) / (0.5 * size),)))
-    omega = paraboloid.texel_solid_angles(size)[far <= 1]
-    return _ratio(float(omega.max() / omega.min()), 4.0, f"maps of {size}² texels, those whole in the circle")
+    return _ratio(
+        ratio(paraboloid.texel_solid_angles(size)[whole(size, 0.0)]), 4.0, f"maps of {size}² texels, those whole in the circle"
+    )
 
 
 def circle() -> Finding:
     """Circles about the rim, r in radii of the map: how much farther they reach inwards than outwards, from projected points."""
-
-    def distortion(radius: float) -> float:
-        line = outline(radius, 1.0, 721)[:, 0]
-        return float(-(line.min() + line.max()) / np.ptp(line))
-
     radii = (0.1, 0.25, 0.5, 0.75, 1.0)
-    found = {f"{r:g}": distortion(r) for r in radii}
+    found = {f"{r:g}": projected(r) for r in radii}
     measured = "distortion at the rim " + ", ".join(f"{100 * a:.3g} % for r = {r}" for r, a in found.items())
-    reach = max((r for r in np.linspace(0.01, 1, 100) if distortion(float(r)) <= 0.25), default=0.0)
+    reach = max((r for r in np.linspace(0.01, 1, 100) if projected(float(r)) <= 0.25), default=0.0)
     numbers = {"distortion_of_radius": found, "radius_at_25_percent": float(reach)}
     if reach >= 1:
         return Finding(HOLDS, measured, "", numbers)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 import importlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from evalsuite.errors import EvalsuiteError
+from evalsuite.errors import unknown
 from evalsuite.image.files import replacing
 from evalsuite.report.figures import grids
 from evalsuite.report.figures.rendered import Rendered
@@ -86,11 +85,11 @@ FIGURES: Mapping[str, Figure] = {
         Figure("000-fig3", _KAUTZ.format(3), "Fresnel and LOD bias on three objects", "beside:scene:fresnel_normal:bias", True),
         Figure("000-fig4", _KAUTZ.format(4), "Cube faces show at a high LOD bias", "beside:technique:bias", True),
         Figure("000-fig5", _KAUTZ.format(5), "Phong map and box-filtered MIPs", "beside:technique:bias:exponent", True),
-        Figure("001-fig8", _NOTES.format(8), "Fresnel: weighted mirror, plus diffuse, blended", "fresnel_grid", True),
+        Figure("001-fig8", _NOTES.format(8), "Fresnel: weighted mirror, plus diffuse, blended", "table:technique:eta", True),
         Figure("001-fig14", _NOTES.format(14), "Phong filtering in every frame", "beside:environment:exponent", True),
         Figure("001-fig15", _NOTES.format(15), "Non-photorealistic maps", "beside:technique", True),
         Figure("003-fig2", _SPHERES, "McGuire's level over the exponent", "beside:exponent=s", True),
-        Figure("000-fig6", _KAUTZ.format(6), "Fresnel term and LOD bias, a grid of both", "kautz_grid", True),
+        Figure("000-fig6", _KAUTZ.format(6), "Fresnel term and LOD bias, a grid of both", "table:bias:fresnel_normal", True),
     )
 }
 
@@ -99,11 +98,7 @@ def choose(ids: Sequence[str]) -> list[Figure]:
     """The named figures, all where none is named. Raises EvalsuiteError for an unknown id."""
     for name in ids:
         if name not in FIGURES:
-            near = difflib.get_close_matches(name, list(FIGURES), n=1)
-            hint = f"did you mean '{near[0]}'? " if near else ""
-            raise EvalsuiteError(
-                f"figure '{name}'", "no such id", f"one of {', '.join(FIGURES)}", f"{hint}See `evalsuite list figures`"
-            )
+            raise unknown("figure", name, FIGURES, "`evalsuite list figures`")
     return [FIGURES[name] for name in ids] or list(FIGURES.values())
 
 
@@ -130,7 +125,8 @@ def make(figure: Figure, directory: Path, cells: Rendered | None = None) -> tupl
         paths += [directory / f"{figure.id}.html", directory / "latex" / figure.id / f"{figure.id}.tex"]
         for path in paths[3:]:
             path.parent.mkdir(parents=True, exist_ok=True)
-            grids.write(grid, path)
+            with replacing(path) as place:
+                grids.write(grid, place)
     with replacing(paths[2]) as place:
         place.write_text(json.dumps(numbers, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     return paths, numbers

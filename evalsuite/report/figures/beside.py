@@ -18,7 +18,7 @@ def data(cells: Rendered, *properties: str) -> dict[str, Any]:
     """properties: that tell the columns apart, as `exponent`, or `exponent=s` where the paper calls it s."""
     return {
         "cells": cells,
-        "titles": [_title(cells.cell(id=c["id"]), properties) for c in cells.cells],
+        "titles": [title(cells.cell(id=c["id"]), properties) for c in cells.cells],
         "image": [cells.picture(cells.cell(id=c["id"])) for c in cells.cells],
         "truth": [cells.picture(c, "reference") for c in cells.cells],
         "error": [cells.error(c) for c in cells.cells],
@@ -26,7 +26,8 @@ def data(cells: Rendered, *properties: str) -> dict[str, Any]:
     }
 
 
-def _title(cell: Mapping, properties: tuple[str, ...]) -> str:
+def title(cell: Mapping, properties: tuple[str, ...]) -> str:
+    """What tells a cell apart, in words: "N = 50, b = 2.25"."""
     own = {name: cell[name] for name in ("technique", "scene", "environment")}
     values = {**(cell["all_parameters"] or {}), **(cell["parameters"] or {}), **own}
     parts = []

@@ -40,14 +40,19 @@ def outline(radius: float, place: float, points: int = 181) -> Float:
     return far[:, None] * flat / np.linalg.norm(flat, axis=1, keepdims=True)
 
 
+def projected(radius: float) -> float:
+    """A of a circle about the rim, from its points on the sphere."""
+    along = outline(radius, 1.0, 721)[:, 0]
+    return float(-(along.min() + along.max()) / np.ptp(along))
+
+
 def data() -> dict[str, Any]:
     """A over place for each radius, the outlines at the rim, and A of the projected points beside the formula's."""
     curves = {r: distortion(r, PLACES) for r in RADII}
     outlines = {r: outline(r, 1.0) for r in RADII}
-    projected = {r: float((-line[:, 0].min() - line[:, 0].max()) / np.ptp(line[:, 0])) for r, line in outlines.items()}
     return {"curves": curves, "outlines": outlines, "measured": {
         "distortion_at_the_rim": {f"{r:g}": float(curve[-1]) for r, curve in curves.items()},
-        "of_projected_points": {f"{r:g}": a for r, a in projected.items()},
+        "of_projected_points": {f"{r:g}": projected(r) for r in RADII},
         "largest": float(max(curve.max() for curve in curves.values())),
         "in_the_paper": PAPER,
     }}  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -60,7 +60,6 @@ class Grid:
     note: str = ""
     scale: Scale | None = None
     width: float = 7.0  # [inches] on paper
-    extra: dict[str, Any] = field(default_factory=dict)
 
 
 def draw(grid: Grid) -> Any:

@@ -27,7 +27,7 @@ def _disc(radius: float) -> tuple[int, float]:
     return size, 0.5 * size - radius
 
 
-def _whole(size: int, border: float, room: float = 0.0) -> NDArray[np.bool_]:
+def whole(size: int, border: float, room: float = 0.0) -> NDArray[np.bool_]:
     """Texels that the circle does not cut, with `room` texels to spare, (n, n)."""
     far = (np.abs(np.arange(size) + 0.5 - 0.5 * size) + 0.5 + room) / (0.5 * size - border)
     return np.hypot(far[None, :], far[:, None]) <= 1.0
@@ -47,13 +47,13 @@ def _linear_rates(directions: Float) -> Float:
     return rates
 
 
-def _map(directions: Float, omega: Float, whole: NDArray[np.bool_]) -> dict[str, Float]:
+def _map(directions: Float, omega: Float, inside: NDArray[np.bool_]) -> dict[str, Float]:
     """What is shown of one map: its picture of ω over the mean, and for each whole texel θ from +z, ω over the mean and rates."""
     mean = 4.0 * np.pi / (6 * FACE**2)
     rates = np.stack([_linear_rates(d) for d in directions])
-    use = whole & np.isfinite(rates).all(-1)
+    use = inside & np.isfinite(rates).all(-1)
     return {
-        "picture": np.where(whole, omega / mean, np.nan),
+        "picture": np.where(inside, omega / mean, np.nan),
         "theta": np.degrees(np.arccos(np.clip(directions[use][:, 2], -1, 1))),
         "omega": np.broadcast_to(omega / mean, use.shape)[use],
         "rates": rates[use],
@@ -67,23 +67,23 @@ def data() -> dict[str, Any]:
     maps["sphere"] = _map(
         sphere_map.texel_directions(size, border)[None],
         sphere_map.texel_solid_angles(size, border),
-        _whole(size, border, 1.0)[None],
+        whole(size, border, 1.0)[None],
     )
     everywhere = np.ones((6, FACE, FACE), bool)
     maps["cube"] = _map(cubemap.texel_directions(FACE), cubemap.texel_solid_angles(FACE), everywhere)
     size, border = _disc(paraboloid.matched_radius(FACE))
-    whole = np.broadcast_to(_whole(size, border, 1.0), (2, size, size))
-    maps["paraboloid"] = _map(paraboloid.texel_directions(size, border), paraboloid.texel_solid_angles(size, border), whole)
+    inside = np.broadcast_to(whole(size, border, 1.0), (2, size, size))
+    maps["paraboloid"] = _map(paraboloid.texel_directions(size, border), paraboloid.texel_solid_angles(size, border), inside)
     return {"maps": maps, "measured": {
         "cube_face_texels": FACE,
         "texels": 6 * FACE**2,
         "mean_solid_angle_sr": 4.0 * np.pi / (6 * FACE**2),
         "solid_angle_largest_over_smallest": {
-            "cube": {str(w): _ratio(cubemap.texel_solid_angles(w)) for w in (64, 256, 1024)},
+            "cube": {str(w): ratio(cubemap.texel_solid_angles(w)) for w in (64, 256, 1024)},
             "cube_in_the_paper": 3.0 * np.sqrt(3.0),
-            "paraboloid": {str(n): _ratio(paraboloid.texel_solid_angles(n)[_whole(n, 0.0)]) for n in (128, 512, 2048)},
+            "paraboloid": {str(n): ratio(paraboloid.texel_solid_angles(n)[whole(n, 0.0)]) for n in (128, 512, 2048)},
             "paraboloid_in_the_papers": 4.0,
-            "sphere": {str(n): _ratio(sphere_map.texel_solid_angles(n)[_whole(n, 0.0)]) for n in (128, 512, 2048)},
+            "sphere": {str(n): ratio(sphere_map.texel_solid_angles(n)[whole(n, 0.0)]) for n in (128, 512, 2048)},
         },
         "linear_rate_texels_per_degree": {
             name: {"least": float(m["rates"][:, 0].min()), "most": float(m["rates"][:, 1].max())} for name, m in maps.items()
@@ -91,7 +91,8 @@ def data() -> dict[str, Any]:
     }}  # fmt: skip
 
 
-def _ratio(omega: Float) -> float:
+def ratio(omega: Float) -> float:
+    """The largest solid angle over the smallest."""
     return float(omega.max() / omega.min())
 
 

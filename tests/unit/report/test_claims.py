@@ -10,6 +10,7 @@ from evalsuite.math import cubemap, hierarchical, paraboloid, sh
 from evalsuite.report import claims
 from evalsuite.report.claims import area_lights, harmonics, levels, maps
 from evalsuite.report.claims.verdict import FAILS, HOLDS, LIMITS, UNTESTED, Finding
+from evalsuite.report.figures import circle_distortion
 from evalsuite.scene.builtin import environment_path
 
 
@@ -58,8 +59,8 @@ def test_planted_changes_turn_verdicts(monkeypatch):
     turned(maps.filter_sizes, hierarchical, "radius", lambda which, n, c: radius(which, n, 0.2), FAILS)
     turned(maps.filter_sizes, hierarchical, "filter_size", lambda r, circle: size(r, circle) + 1, FAILS)
     turned(maps.shrink_factors, hierarchical, "shrink_level", lambda size, taps: int(np.log2(size / taps)), FAILS)
-    line = maps.outline
-    turned(maps.circle, maps, "outline", lambda r, place, points: line(r, place, points) - [20 * r, 0], FAILS)
+    line = circle_distortion.outline
+    turned(maps.circle, circle_distortion, "outline", lambda r, place, points: line(r, place, points) - [20 * r, 0], FAILS)
     turned(harmonics.eight_texels, sh, "project_cube", lambda cube: basis(cube) * (1 + 1 / cube.shape[1]), FAILS)
 
 
