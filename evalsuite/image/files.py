@@ -10,6 +10,8 @@ from pathlib import Path
 
 from evalsuite.errors import EvalsuiteError, Unwritable
 
+#: Beginning of the name of a file that is being written; a killed process leaves such.
+UNFINISHED = ".new-"
 FORMATS = "an .exr, .hdr, .png or .jpg picture"
 
 
@@ -19,7 +21,7 @@ def replacing(path: Path) -> Iterator[Path]:
     Raises Unwritable if the folder cannot be written."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{path.stem[:40]}-", suffix=path.suffix, dir=path.parent)
+        handle, name = tempfile.mkstemp(prefix=UNFINISHED, suffix=path.suffix, dir=path.parent)
     except OSError as error:
         raise Unwritable(path, f"no way to write there ({error.strerror})", "a folder that can be written") from error
     os.close(handle)

@@ -23,7 +23,7 @@ import numpy as np
 import platformdirs
 
 from evalsuite.errors import Unwritable
-from evalsuite.image.files import file_stamp
+from evalsuite.image.files import UNFINISHED, file_stamp
 from evalsuite.store import checksums
 from evalsuite.store.claims import Claim, exclusive, tick, touch
 
@@ -200,7 +200,7 @@ def write_atomic(path: Path, data: bytes | str) -> None:
     data = data.encode() if isinstance(data, str) else data
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=".new-", dir=path.parent)
+        handle, name = tempfile.mkstemp(prefix=UNFINISHED, dir=path.parent)
         try:
             with os.fdopen(handle, "wb") as stream:
                 stream.write(data)

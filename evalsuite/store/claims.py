@@ -23,6 +23,8 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
+from evalsuite.image.files import UNFINISHED
+
 #: What a folder that others may fill and we may only read answers.
 READ_ONLY = (errno.EROFS, errno.EACCES, errno.EPERM)
 FULL = (errno.ENOSPC, errno.EDQUOT)
@@ -118,7 +120,7 @@ def sweep(root: Path) -> int:
     for folder in dead:
         shutil.rmtree(folder, ignore_errors=True)
     # A worker's file does not say whose it is.
-    leftovers = [] if living(root) else list(root.glob("partial/.new-*"))
+    leftovers = [] if living(root) else list(root.glob(f"partial/{UNFINISHED}*"))
     for leftover in leftovers:
         leftover.unlink(missing_ok=True)
     return len(dead) + len(leftovers)

@@ -13,6 +13,7 @@ from pathlib import Path
 from filelock import FileLock
 
 from evalsuite.errors import EvalsuiteError
+from evalsuite.image.files import UNFINISHED
 from evalsuite.store import kept
 from evalsuite.store.cache import unwritable, write_atomic
 from evalsuite.store.json_file import read_json
@@ -38,7 +39,7 @@ def prepare(directory: Path) -> None:
 
 
 #: Folders and files that a run writes into, whatever they are links to: the others it replaces.
-OURS = ("images", "cells", "static", "pictures", "history.sqlite", ".lock", ".changing")
+OURS = ("images", "cells", "static", "pictures", "rankings", "envelopes", "history.sqlite", ".lock", ".changing")
 
 
 def no_way_out(directory: Path) -> None:
@@ -133,7 +134,16 @@ def finished(directory: Path) -> bool:
 #: There while pictures change.
 _CHANGING = ".changing"
 #: What a killed run was writing.
-_LEFTOVER = re.compile(r"\.(new|index|results|check)-\w{8}(\.\w+)?")
+_LEFTOVER = re.compile(re.escape(UNFINISHED) + r"\w{8}(\.\w+)?")
+
+
+def _sweep(directory: Path) -> None:
+    for top in (directory, *(directory / name for name in OURS)):
+        for folder, folders, files in os.walk(top):
+            for name in filter(_LEFTOVER.fullmatch, files):
+                Path(folder, name).unlink(missing_ok=True)
+            if top == directory:
+                folders.clear()  # of those beside ours nothing is known
 
 
 def write(directory: Path, header: dict, cells: Iterable[tuple[dict, dict[str, Path]]]) -> dict:
@@ -141,9 +151,7 @@ def write(directory: Path, header: dict, cells: Iterable[tuple[dict, dict[str, P
     step. Pictures of cells that are gone are removed. Returns what was written. Raises Unwritable."""
     try:
         directory.mkdir(parents=True, exist_ok=True)
-        for path in directory.iterdir():
-            if _LEFTOVER.fullmatch(path.name):
-                path.unlink(missing_ok=True)
+        _sweep(directory)
         placed = [(cell, kept.paths(cell, files, slug(cell["id"])), files) for cell, files in cells]
         ours = any((directory / name).exists() for name in ("results.json", _CHANGING))
         (directory / _CHANGING).touch()

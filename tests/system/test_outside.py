@@ -132,7 +132,7 @@ def test_names_of_pictures_beyond_the_folder(evalsuite, tmp_path, runs):
     assert evalsuite("compare", a, b, "-o", "c", cwd=tmp_path).code == 2
 
 
-@pytest.mark.parametrize("name", ["cells", "images", "static", "pictures", "history.sqlite"])
+@pytest.mark.parametrize("name", ["cells", "images", "static", "pictures", "rankings", "envelopes", "history.sqlite"])
 def test_links_in_the_output_folder(evalsuite, tmp_path, runs, name):
     victim = tmp_path / "victim"
     (victim / "kept-01234567").mkdir(parents=True)

@@ -88,6 +88,18 @@ def test_kept_and_fresh_pictures_are_alike(tmp_path, store):
     np.testing.assert_array_equal(exr.coarsest([fresh])(exr.read(fresh)), exr.read(fresh))
 
 
+def test_what_a_killed_run_was_writing_goes(tmp_path, store):
+    out, name = tmp_path / "out", ".new-a1_b2c3d"
+    theirs = [out / "notes" / name, out / ".new-year", out / "cells" / "x" / ".new-year.webp"]
+    left = [out / "index.html", out / "images" / "x" / "a.exr", out / "cells" / "x" / "a.webp", out / "rankings" / "a.png"]
+    left = [path.with_name(name + path.suffix) for path in left]
+    for path in (*theirs, *left):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(b"half")
+    run(out, {"a": store})
+    assert all(path.exists() for path in theirs) and not any(path.exists() for path in left)
+
+
 def test_cells_share_their_reference(tmp_path, store):
     a, b = run(tmp_path / "out", {"a": store, "b": store})
     assert a["images"]["reference"] == b["images"]["reference"] == "images/references/0123456789abcdef/reference.exr"
