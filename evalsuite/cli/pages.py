@@ -47,10 +47,11 @@ def figures(
 ) -> None:
     """Draw the papers' figures beside Mitsuba's truth, with the measured numbers."""
     from evalsuite import commands_figures as commands
+    from evalsuite import stand_ins
     from evalsuite.pipeline import Settings
 
     error, cap = error_of(quality, target_error)
-    maps = commands.given("--env", env or (), commands.MAPS)
+    maps = stand_ins.given("--env", env or (), stand_ins.MAPS)
     settings = Settings(error, cap, size_of(size), 0, False, ledger=False)
     made = commands.make(ids or [], out_dir, maps, settings, jobs=jobs, read_cache=not no_cache, console=err)
     if as_json:
@@ -74,11 +75,12 @@ def claims(
     as_json: Json = False,
 ) -> None:
     """Check the papers' statements: what each says, what is measured, whether it holds."""
-    from evalsuite import commands_figures as commands
+    from evalsuite import commands_claims as commands
+    from evalsuite import stand_ins
 
-    maps = commands.given("--env", env or (), commands.MAPS)
+    maps = stand_ins.given("--env", env or (), stand_ins.MAPS)
     with err.status("measuring") as status:
-        found = commands.claims(ids or [], out_dir, maps, status.update)
+        found = commands.check(ids or [], out_dir, maps, status.update)
     if as_json:
         print_json(found)
     else:
