@@ -26,8 +26,8 @@ def render(
     read_cache: bool,
     console: Console,
 ) -> dict[str, Rendered]:
-    """Make the cells of reports/<report.name>/<id>.toml, of all ids in one run into `directory`/cells; id → what became of its own.
-    report: what that run is called. maps: the papers' own, role → file, as far as given. Raises EvalsuiteError."""
+    """Make the cells of reports/<report.name>/<id>.toml, of all ids in one run into `directory`/cells; id → what became of its
+    own. report: what that run is called. maps: the papers' own, role → file, as far as given. Raises EvalsuiteError."""
     definitions = builtin.reports_directory() / report.name
     planned = {name: cells_of(definitions / f"{name}.toml", maps) for name in ids}
     cells = {cell.id: cell for made, _ in planned.values() for cell in made}

@@ -24,17 +24,23 @@ def exact(cells: Rendered) -> Finding:
         name = _name(cell)
         inside = cells.read(cell, "mask").mean(-1) > 0.999
         weights = cell["all_parameters"]
-        k = sum(np.asarray(weights.get(key, 0.0), np.float64) for key in ("reflectance", "diffuse_reflectance", "specular_reflectance"))
+        k = sum(
+            np.asarray(weights.get(key, 0.0), np.float64)
+            for key in ("reflectance", "diffuse_reflectance", "specular_reflectance")
+        )
         off[name] = float(np.abs(cells.read(cell, "image")[inside] - k).max())
         mean_off[name] = abs(cell["mean_image"] - float(np.mean(k)))
         bias[name] = {key: cell["metrics"]["rel_bias"][key] for key in ("value", "ci95")}
-    text = f"off k by {max(mean_off.values()):.1g} in the mean, in no pixel by more than {max(*off.values(), EXACT):.1g}; mean over Mitsuba's: " + ", ".join(
-        f"{measured(metric, '%')} ({name})" for name, metric in bias.items()
+    text = (
+        f"off k by {max(mean_off.values()):.1g} in the mean, in no pixel by more than {max(*off.values(), EXACT):.1g}; mean over Mitsuba's: "
+        + ", ".join(f"{measured(metric, '%')} ({name})" for name, metric in bias.items())
     )
     numbers = {"largest_from_k": off, "mean_from_k": mean_off, "rel_bias": bias, "exact": EXACT, "close": CLOSE}
     if max(off.values()) > EXACT or max(mean_off.values()) > EXACT_MEAN:
         return Finding(FAILS, text, "the look-up of a constant map is not the constant", numbers)
-    wrong = [name for name, metric in bias.items() if min(abs(end) for end in metric["ci95"]) > CLOSE and not _spans(metric["ci95"])]
+    wrong = [
+        name for name, metric in bias.items() if min(abs(end) for end in metric["ci95"]) > CLOSE and not _spans(metric["ci95"])
+    ]
     if not wrong:
         return Finding(HOLDS, text, "", numbers)
     why = ("the look-up is exact for weights of k; the glossy part of Eq 13 is not: (s + 8)/8 makes its albedo k_G for light from "

@@ -59,7 +59,9 @@ def similar() -> Finding:
     if not off:
         return Finding(LIMITS, text, f"the intervals leave a factor of {SIMILAR:g} open", numbers)
     rest = [q for q in QUANTITIES if q not in off]
-    why = f"{' and '.join(off)} differ by more than a factor of {SIMILAR:g}" + (f", {' and '.join(rest)} not surely" if rest else "")
+    why = f"{' and '.join(off)} differ by more than a factor of {SIMILAR:g}" + (
+        f", {' and '.join(rest)} not surely" if rest else ""
+    )
     return Finding(FAILS, text, f"{why}; {CAUSE}", numbers)
 
 

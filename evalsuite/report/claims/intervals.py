@@ -20,7 +20,10 @@ def mean(values: Iterable[float]) -> dict[str, object]:
 def geometric(ratios: Iterable[float]) -> dict[str, object]:
     """The same of ratios, which are as likely to be k as 1/k: the mean of their logarithms, raised again."""
     of_log = mean(np.log(list(ratios)))
-    return {"value": float(np.exp(of_log["value"])), "ci95": [None if end is None else float(np.exp(end)) for end in of_log["ci95"]]}
+    return {
+        "value": float(np.exp(of_log["value"])),
+        "ci95": [None if end is None else float(np.exp(end)) for end in of_log["ci95"]],
+    }
 
 
 def above(metric: Mapping, limit: float) -> bool:

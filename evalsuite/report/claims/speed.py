@@ -30,7 +30,9 @@ def single_pass(cells: Rendered) -> Finding:
     slow = {env: frame_ms(cells.cell(technique=PREFILTER, env=env)) for env in maps}
     fast = {name: {env: frame_ms(cells.cell(technique=name, env=env)) for env in maps} for name in SINGLE}
     ratio = {name: geometric(slow[env] / of_map[env] for env in maps) for name, of_map in fast.items()}
-    rate = {name: 1e3 / float(np.exp(np.mean(np.log(list(of_map.values()))))) for name, of_map in {PREFILTER: slow, **fast}.items()}
+    rate = {
+        name: 1e3 / float(np.exp(np.mean(np.log(list(of_map.values()))))) for name, of_map in {PREFILTER: slow, **fast}.items()
+    }
     text = "times as long with the prefilter: " + ", ".join(f"{measured(r)} ({name})" for name, r in ratio.items())
     text += "; here " + ", ".join(f"{number(fps)} Hz ({name})" for name, fps in rate.items()) + f" on {_renderer(cells)}"
     numbers = {"ratio": ratio, "stated": STATED, "hz": rate, "gl_renderer": _renderer(cells)}
@@ -61,7 +63,9 @@ def frame_rates(cells: Rendered) -> Finding:
         return Finding(HOLDS, text, f"the order; {machine}", numbers)
     if below(slope, 0.0):
         return Finding(FAILS, text, "narrower lobes take less time here", numbers)
-    return Finding(LIMITS, text, f"noise decides: filtering is a small part of the frame beside bringing the map in; {machine}", numbers)
+    return Finding(
+        LIMITS, text, f"noise decides: filtering is a small part of the frame beside bringing the map in; {machine}", numbers
+    )
 
 
 def _renderer(cells: Rendered) -> str:

@@ -29,7 +29,11 @@ def one_map(cells: Rendered) -> Finding:
         return Finding(FAILS, text, f"more than {SERVED:g} times the error of a map made for the view", numbers)
     if below(one, SERVED) and above(first, 1.0):
         return Finding(HOLDS, text, "" if above(first, SERVED) else "so does a sphere map, nearly", numbers)
-    why = "a sphere map made for one view serves the others as well" if below(one, SERVED) else "views and maps differ too much to say"
+    why = (
+        "a sphere map made for one view serves the others as well"
+        if below(one, SERVED)
+        else "views and maps differ too much to say"
+    )
     return Finding(LIMITS, text, why, numbers)
 
 
