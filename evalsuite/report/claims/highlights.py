@@ -17,7 +17,7 @@ from evalsuite.report.numbers import measured
 Float = NDArray[np.float64]
 
 EXPONENTS = (10, 100, 1000)
-LAMPS, LAMP_DEG, FACE = 16, 1.0, 128
+LAMPS, LAMP_DEG, FACE = 24, 1.0, 128
 #: Largest angle of incidence, and how far from the highlight's middle the normals reach [degrees].
 INCIDENCE_DEG, REACH_DEG = 45.0, 85.0
 #: Two highlights are similar where peak, energy and radius differ by less than this factor.
@@ -28,7 +28,7 @@ CAUSE = "m(s) takes the solid angle of cos^s about r, but about h the lobe is as
 
 def similar() -> Finding:
     """Lamps 1° in radius in random directions, seen at up to 45° of incidence, faces of 128² texels. Peak, integral over the
-    normals, and radius √(integral / π peak) of the highlight: looked up at m(s) over direct under Eq 13; mean of 16 lamps."""
+    normals, and radius √(integral / π peak) of the highlight: looked up at m(s) over direct under Eq 13; mean of 24 lamps."""
     rng = np.random.default_rng(3)
     ratios: dict[int, dict[str, list[float]]] = {s: {q: [] for q in (*QUANTITIES, "direct_over_exact")} for s in EXPONENTS}
     for _ in range(LAMPS):

@@ -26,7 +26,7 @@ def frame_ms(cell: Mapping) -> float:
 def single_pass(cells: Rendered) -> Finding:
     """Time of a frame with the parabolic prefilter, N = 225, over that with box-filtered MIPs, b = 2.25, on one object under
     six maps; bringing the map in and filtering it counted in every frame, timed on this machine. Brackets: over the maps."""
-    maps = cells.values("env")
+    maps = cells.values("env")[1:]  # the first compiles the programs
     slow = {env: frame_ms(cells.cell(technique=PREFILTER, env=env)) for env in maps}
     fast = {name: {env: frame_ms(cells.cell(technique=name, env=env)) for env in maps} for name in SINGLE}
     ratio = {name: geometric(slow[env] / of_map[env] for env in maps) for name, of_map in fast.items()}
@@ -36,19 +36,22 @@ def single_pass(cells: Rendered) -> Finding:
     text = "times as long with the prefilter: " + ", ".join(f"{measured(r)} ({name})" for name, r in ratio.items())
     text += "; here " + ", ".join(f"{number(fps)} Hz ({name})" for name, fps in rate.items()) + f" on {_renderer(cells)}"
     numbers = {"ratio": ratio, "stated": STATED, "hz": rate, "gl_renderer": _renderer(cells)}
-    if any(not above(r, 1.0) for r in ratio.values()):
-        slower = any(below(r, 1.0) for r in ratio.values())
+    box, combined = (ratio[name] for name in SINGLE)
+    if not above(box, 1.0):
+        slower = below(box, 1.0)
         return Finding(FAILS if slower else LIMITS, text, "the single pass is slower" if slower else "noise decides", numbers)
-    if all(below(r, STATED) for r in ratio.values()):
-        why = f"faster, but not {STATED:g} times: bringing the map into faces or paraboloids, which both need, is most of either"
-        return Finding(LIMITS, text, why, numbers)
-    return Finding(HOLDS, text, "", numbers)
+    limits = []
+    if below(box, STATED):
+        limits.append(f"faster, but not {STATED:g} times: bringing the map in, as faces or paraboloids, is most of either frame")
+    if not above(combined, 1.0):
+        limits.append("what is gained goes into nine SH coefficients of the whole map, which kautz-combined needs besides")
+    return Finding(LIMITS if limits else HOLDS, text, "; ".join(limits), numbers)
 
 
 def frame_rates(cells: Rendered) -> Finding:
     """Time of a frame with both paraboloids filtered anew, on the sphere under six maps: what twice the exponent adds, by the
     slope over log₂ N, and N = 500 over N = 10. Brackets: over the maps, timed on this machine."""
-    maps, exponents = cells.values("env"), cells.values("exponent")
+    maps, exponents = cells.values("env")[1:], cells.values("exponent")  # the first map compiles the programs
     times = np.array([[frame_ms(cells.cell(env=env, exponent=n)) for n in exponents] for env in maps])
     slope = mean(np.polyfit(np.log2(exponents), row, 1)[0] for row in times)
     ratio = geometric(times[:, -1] / times[:, 0])

@@ -60,8 +60,14 @@ def _smooth(cube, r):
 
 @pytest.mark.parametrize(
     ("box", "across", "verdict"),
-    [("faces", "mean", HOLDS), ("smooth", "mean", LIMITS), ("turned", "mean", LIMITS), ("faces", "faces", LIMITS), ("smooth", "smooth", FAILS)],
-)  # fmt: skip
+    [
+        ("faces", "mean", HOLDS),
+        ("smooth", "mean", LIMITS),
+        ("turned", "mean", LIMITS),
+        ("faces", "faces", LIMITS),
+        ("smooth", "smooth", FAILS),
+    ],
+)
 def test_faces_show_where_a_picture_keeps_to_six_values(run, monkeypatch, box, across, verdict):
     monkeypatch.setattr(faces, "TURNS", 40)
     r, hit = _reflections()
