@@ -45,6 +45,7 @@ def make(
         own = None
         if figure.rendered:
             mine, stand_ins = planned[figure.id]
-            own = Rendered(directory / "cells", [run[cell.id] for cell in mine], stand_ins)
+            used = {cell.environment: cell.environment_path for cell in mine if cell.environment}
+            own = Rendered(directory / "cells", [run[cell.id] for cell in mine], stand_ins, used)
         made.append(figures.make(figure, directory, own))
     return made

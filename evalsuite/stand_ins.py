@@ -25,6 +25,7 @@ MAPS: Mapping[str, Role] = {
     "galileo": Role("Galileo's tomb", "cathedral"),
     "kitchen": Role("the kitchen", "office"),
     "st-peters": Role("St Peter's", "cathedral"),
+    "cafe": Role("the café", "office"),
 }
 #: Objects; stand-ins are scenes.
 MESHES: Mapping[str, Role] = {

@@ -30,7 +30,9 @@ class Figure:
 
 _NOTES = "Heidrich: Environment Maps and Their Applications (course notes), Fig {}"
 _MCGUIRE = "McGuire, Evangelakos, Wilcox, Donow, Mara: Plausible Blinn-Phong Reflection of Standard Cube MIP-Maps, 2013, Eq 12"
-_SPHERES = "McGuire, Evangelakos, Wilcox, Donow, Mara: Plausible Blinn-Phong Reflection of Standard Cube MIP-Maps, 2013, Fig 2"
+_MCGUIRE_FIG = (
+    "McGuire, Evangelakos, Wilcox, Donow, Mara: Plausible Blinn-Phong Reflection of Standard Cube MIP-Maps, 2013, Fig {}"
+)
 _KAUTZ = "Kautz, Daubert, Seidel: Advanced Environment Mapping in VR Applications, 2004, Fig {}"
 _HS98 = "Heidrich and Seidel: View-Independent Environment Maps, 1998, Fig {}"
 
@@ -88,7 +90,17 @@ FIGURES: Mapping[str, Figure] = {
         Figure("001-fig8", _NOTES.format(8), "Fresnel: weighted mirror, plus diffuse, blended", "table:technique:eta", True),
         Figure("001-fig14", _NOTES.format(14), "Phong filtering in every frame", "beside:environment:exponent", True),
         Figure("001-fig15", _NOTES.format(15), "Non-photorealistic maps", "beside:technique", True),
-        Figure("003-fig2", _SPHERES, "McGuire's level over the exponent", "beside:exponent=s", True),
+        Figure("003-fig2", _MCGUIRE_FIG.format(2), "McGuire's level over the exponent", "beside:exponent=s", True),
+        Figure("001-fig7", _NOTES.format(7), "Mirrors seen from two sides", "beside:scene:azimuth", True),
+        Figure("001-fig9", _NOTES.format(9), "Diffusely prefiltered map", "prefiltered:1:technique", True),
+        Figure("001-fig10", _NOTES.format(10), "Map prefiltered for N = 100", "prefiltered:100:scene:exponent", True),
+        Figure("001-fig11", _NOTES.format(11), "Sphere maps of three views warped to another", "warping"),
+        Figure("001-fig13", _NOTES.format(13), "Filtering methods, N = 100", "filtering_methods"),
+        Figure("002-fig6", _HS98.format(6), "One map, a sphere from two sides", "beside:azimuth", True),
+        Figure("002-fig7", _HS98.format(7), "The seam between the two maps", "seam", True),
+        Figure("002-fig8", _HS98.format(8), "A torus with a dual paraboloid map", "beside:technique", True),
+        Figure("003-fig1", _MCGUIRE_FIG.format(1), "Highlights from the map and from direct lights", "highlights", True),
+        Figure("003-fig3", _MCGUIRE_FIG.format(3), "A bump-mapped crate", "beside:exponent=s", True),
         Figure("000-fig6", _KAUTZ.format(6), "Fresnel term and LOD bias, a grid of both", "table:bias:fresnel_normal", True),
     )
 }

@@ -9,7 +9,9 @@ from evalsuite.report.figures import grids
 from evalsuite.report.figures.rendered import ERROR, Rendered
 
 #: How a property is called above a column.
-WORDS = {"fresnel_normal": "f_λ", "bias": "b", "exponent": "N", "eta": "n", "technique": "", "scene": "", "environment": ""}
+WORDS = {"fresnel_normal": "f_λ", "bias": "b", "exponent": "N", "eta": "n", "azimuth": "seen from", "technique": "", "scene": "",
+         "environment": ""}  # fmt: skip
+UNITS = {"azimuth": "°"}
 #: More columns than this make another row of three.
 ACROSS = 6
 
@@ -35,8 +37,8 @@ def title(cell: Mapping, properties: tuple[str, ...]) -> str:
         name, _, word = stated.partition("=")
         value, word = values.get(name), word or WORDS.get(name, name)
         if value is not None:
-            text = f"{value:.3g}" if isinstance(value, float) else str(value)
-            parts.append(f"{word} = {text}" if word else text)
+            text = (f"{value:.3g}" if isinstance(value, float) else str(value)) + UNITS.get(name, "")
+            parts.append(text if not word else f"{word} {text}" if name in UNITS else f"{word} = {text}")
     return ", ".join(parts)
 
 
@@ -46,11 +48,13 @@ def draw(data: dict[str, Any]) -> grids.Grid:
     for first in range(0, count, ACROSS):
         part = slice(first, first + ACROSS)
         rows = [data[name][part] for name in ("image", "truth", "error")]
-        blocks.append(grids.Block(rows, "", data["titles"][part], ("real time", "Mitsuba 3", "relative RMSE")))
+        blocks.append(
+            grids.Block(rows, "", data["titles"][part], ("real time", data.get("truths", "Mitsuba 3"), "relative RMSE"))
+        )
     return grids.Grid(
         blocks,
         stacked=True,
         scale=ERROR,
-        note=data["cells"].note(),
+        note=data["cells"].note(data.get("note", "")),
         width=max(1.75, 3.0 - 0.4 * min(count, ACROSS)) * min(count, ACROSS),
     )
