@@ -7,13 +7,10 @@ from pathlib import Path
 
 from rich.console import Console
 
-from evalsuite.commands import run_report
+from evalsuite import commands_rendered
 from evalsuite.pipeline import Settings
 from evalsuite.plan import Report
 from evalsuite.report import figures
-from evalsuite.report.figures.rendered import Rendered
-from evalsuite.scene import builtin
-from evalsuite.stand_ins import cells_of
 from evalsuite.store import results as store_results
 
 
@@ -31,21 +28,7 @@ def make(
     maps: the papers' own, role → file, as far as given. Raises EvalsuiteError."""
     chosen = figures.choose(ids)
     store_results.prepare(directory)
-    definitions = builtin.reports_directory() / "figures"
-    planned = {f.id: cells_of(definitions / f"{f.id}.toml", maps) for f in chosen if f.rendered}
-    cells = {cell.id: cell for made, _ in planned.values() for cell in made}
-    run: dict[str, Mapping] = {}
-    if cells:
-        report = Report("figures", "The papers' figures", "The cells behind the figures, each against Mitsuba's truth.", ())
-        results = run_report(report, list(cells.values()), settings, directory / "cells", jobs=jobs, read_cache=read_cache,
-                             missing_only=False, console=console)  # fmt: skip
-        run = {cell["id"]: cell for cell in results["cells"]}
-    made = []
-    for figure in chosen:
-        own = None
-        if figure.rendered:
-            mine, stand_ins = planned[figure.id]
-            used = {cell.environment: cell.environment_path for cell in mine if cell.environment}
-            own = Rendered(directory / "cells", [run[cell.id] for cell in mine], stand_ins, used)
-        made.append(figures.make(figure, directory, own))
-    return made
+    report = Report("figures", "The papers' figures", "The cells behind the figures, each against Mitsuba's truth.", ())
+    cells = commands_rendered.render(report, [f.id for f in chosen if f.rendered], directory, maps, settings, jobs=jobs,
+                                     read_cache=read_cache, console=console)  # fmt: skip
+    return [figures.make(figure, directory, cells.get(figure.id)) for figure in chosen]

@@ -69,18 +69,34 @@ def claims(
     env: Annotated[
         list[str] | None, typer.Option(metavar="NAME=FILE", help="A paper's own map, as grace=FILE. Repeatable.")
     ] = None,
-    out_dir: Annotated[Path, typer.Option("--out", help="Folder for claims.html and claims.json.")] = Path(
+    quality: Quality = None,
+    target_error: TargetError = None,
+    size: Size = "128x128",
+    out_dir: Annotated[Path, typer.Option("--out", help="Folder for claims.html, claims.json and the cells behind them.")] = Path(
         "reports/build/claims"
     ),
+    jobs: Jobs = None,
+    no_cache: NoCache = False,
     as_json: Json = False,
 ) -> None:
     """Check the papers' statements: what each says, what is measured, whether it holds."""
     from evalsuite import commands_claims as commands
     from evalsuite import stand_ins
+    from evalsuite.pipeline import Settings
 
+    error, cap = error_of(quality, target_error)
     maps = stand_ins.given("--env", env or (), stand_ins.MAPS)
-    with err.status("measuring") as status:
-        found = commands.check(ids or [], out_dir, maps, status.update)
+    settings = Settings(error, cap, size_of(size), 0, False, ledger=False)
+    status = err.status("measuring")
+
+    def step(text: str) -> None:  # not before the run, which has a display of its own
+        status.update(text)
+        status.start()
+
+    try:
+        found = commands.check(ids or [], out_dir, maps, settings, step, jobs=jobs, read_cache=not no_cache, console=err)
+    finally:
+        status.stop()
     if as_json:
         print_json(found)
     else:

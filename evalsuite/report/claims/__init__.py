@@ -8,12 +8,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from evalsuite.errors import unknown
+from evalsuite.report.figures.rendered import Rendered
 
 
 @dataclass(frozen=True)
 class Claim:
     """id: <paper>-<what>. where: in the paper. says: in our words. measure: module:function here, which returns a
-    `verdict.Finding`. figure: id of the figure that shows it. maps: whether it takes the papers' own maps, as far as given."""
+    `verdict.Finding`. figure: id of the figure that shows it. maps: whether it takes the papers' own maps, as far as given.
+    rendered: whether it takes cells, those of reports/claims/<id>.toml (`rendered.Rendered`)."""
 
     id: str
     where: str
@@ -21,6 +23,7 @@ class Claim:
     measure: str
     figure: str | None = None
     maps: bool = False
+    rendered: bool = False
 
 
 _KAUTZ = "Kautz, Daubert, Seidel 2004, "
@@ -88,11 +91,11 @@ def choose(ids: Sequence[str]) -> list[Claim]:
     return [CLAIMS[name] for name in ids] or list(CLAIMS.values())
 
 
-def check(claim: Claim, maps: Mapping[str, Path]) -> dict:
-    """Measure a claim; what claims.json has of it."""
+def check(claim: Claim, maps: Mapping[str, Path], cells: Rendered | None = None) -> dict:
+    """Measure a claim; what claims.json has of it. cells: its own, where it is rendered."""
     module, function = claim.measure.split(":")
     measure = getattr(importlib.import_module(f"{__name__}.{module}"), function)
-    finding = measure(maps) if claim.maps else measure()
+    finding = measure(cells) if claim.rendered else measure(maps) if claim.maps else measure()
     method = " ".join((measure.__doc__ or "").split())
     return {
         "id": claim.id,
