@@ -50,9 +50,12 @@ def given(option: str, texts: Sequence[str], roles: Mapping[str, Role]) -> dict[
     return found
 
 
-def cells_of(definition: Path, maps: Mapping[str, Path]) -> tuple[list[Cell], dict[str, str]]:
+def cells_of(
+    definition: Path, maps: Mapping[str, Path], scenes: Mapping[str, Path] | None = None
+) -> tuple[list[Cell], dict[str, str]]:
     """The cells that a report's TOML file asks for, roles among its scenes and environments replaced, and what stands in for what
-    in them: {"the Uffizi gallery": "office"}. maps: the papers' own, role → file, as far as given. Raises EvalsuiteError."""
+    in them: {"the Uffizi gallery": "office"}. maps: the papers' own, role → file, as far as given; scenes: the same of scenes
+    with their meshes. Raises EvalsuiteError."""
     report = load_report(str(definition))
     stand_ins: dict[str, str] = {}
 
@@ -67,7 +70,7 @@ def cells_of(definition: Path, maps: Mapping[str, Path]) -> tuple[list[Cell], di
     groups = tuple(
         replace(
             group,
-            scenes=tuple(put(name, MESHES, {}) for name in group.scenes),
+            scenes=tuple(put(name, MESHES, scenes or {}) for name in group.scenes),
             environments=tuple(put(name, MAPS, maps) for name in group.environments),
         )
         for group in report.groups

@@ -86,7 +86,7 @@ FIGURES: Mapping[str, Figure] = {
         ),
         Figure("000-fig3", _KAUTZ.format(3), "Fresnel and LOD bias on three objects", "beside:scene:fresnel_normal:bias", True),
         Figure("000-fig4", _KAUTZ.format(4), "Cube faces show at a high LOD bias", "beside:technique:bias", True),
-        Figure("000-fig5", _KAUTZ.format(5), "Phong map and box-filtered MIPs", "beside:technique:bias:exponent", True),
+        Figure("000-fig5", _KAUTZ.format(5), "Phong map and box-filtered MIPs", "beside:technique:exponent:bias", True),
         Figure("001-fig8", _NOTES.format(8), "Fresnel: weighted mirror, plus diffuse, blended", "table:technique:eta", True),
         Figure("001-fig14", _NOTES.format(14), "Phong filtering in every frame", "beside:environment:exponent", True),
         Figure("001-fig15", _NOTES.format(15), "Non-photorealistic maps", "beside:technique", True),

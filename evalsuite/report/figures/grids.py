@@ -79,7 +79,7 @@ def draw(grid: Grid) -> Any:
     shape = {"height_ratios": ratios} if grid.stacked else {"width_ratios": ratios}
     places = np.atleast_1d(parts[0].subfigures(*((len(sizes), 1) if grid.stacked else (1, len(sizes))), **shape))
     for place, block in zip(places, grid.blocks, strict=True):
-        _draw_block(place, block)
+        _draw_block(place, block, scale)
     if grid.scale:
         _draw_scale(parts[1], grid.scale)
     if grid.note:
@@ -96,7 +96,13 @@ def _size(block: Block) -> tuple[float, float]:
     return columns + (0.16 if block.names else 0.0), rows + (0.18 if block.title else 0.0) + (0.14 if block.columns else 0.0)
 
 
-def _draw_block(place: Any, block: Block) -> None:
+def _fitting(text: str, inches: float, points: float) -> float:
+    """Size [points] at which a line fits into a width: at most `points`; letters are 0.56 of their size wide in the mean."""
+    return min(points, 72 * inches / (0.56 * max(len(text), 1)))
+
+
+def _draw_block(place: Any, block: Block, inches: float) -> None:
+    """inches: width of a panel."""
     from matplotlib.patches import Rectangle
 
     columns = max(len(row) for row in block.rows)
@@ -119,9 +125,10 @@ def _draw_block(place: Any, block: Block) -> None:
             for number, (x, y, width, height) in enumerate(panel.marks):
                 one.add_patch(Rectangle((x - 0.5, y - 0.5), width, height, fill=False, edgecolor=_rgb(number), linewidth=1.0))
             if panel.caption:
-                one.set_xlabel(panel.caption.replace("$", r"\$"), fontsize=5.2, labelpad=2)
+                size = _fitting(panel.caption, inches, 5.2)
+                one.set_xlabel(panel.caption.replace("$", r"\$"), fontsize=size, labelpad=2)
             if i == 0 and j < len(block.columns):
-                one.set_title(block.columns[j], fontsize=7.5, pad=3)
+                one.set_title(block.columns[j], fontsize=_fitting(block.columns[j], inches, 7.5), pad=3)
             if j == 0 and i < len(block.names):
                 one.set_ylabel(block.names[i], fontsize=7.5, labelpad=3)
 

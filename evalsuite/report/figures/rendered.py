@@ -26,12 +26,14 @@ ERROR = scales.diverging(1.0, "(image − truth) / truth", percent=True)
 @dataclass(frozen=True)
 class Rendered:
     """cells: of results.json, of this figure alone. directory: that their pictures are relative to. stand_ins: what of the
-    paper's was replaced, in words: {"the Uffizi gallery": "office"}. maps: files of the environments that the cells name."""
+    paper's was replaced, in words: {"the Uffizi gallery": "office"}. maps: files of the environments that the cells name.
+    best: ids of cells at the best value of a free parameter, as a search found it."""
 
     directory: Path
     cells: Sequence[Mapping]
     stand_ins: Mapping[str, str] = field(default_factory=dict)
     maps: Mapping[str, Path] = field(default_factory=dict)
+    best: frozenset[str] = frozenset()
 
     def cell(self, **wanted: Any) -> Mapping:
         """The one cell with these values: scene, technique, target, environment or a parameter. Raises EvalsuiteError where it
