@@ -28,6 +28,8 @@ class Claim:
 
 _KAUTZ = "Kautz, Daubert, Seidel 2004, "
 _NOTES = "Heidrich, course notes, "
+_HS98 = "Heidrich and Seidel 1998, "
+_MCGUIRE = "McGuire et al. 2013, "
 _LIGHTS = "Environment maps as area lights, "
 
 CLAIMS: Mapping[str, Claim] = {
@@ -46,6 +48,22 @@ CLAIMS: Mapping[str, Claim] = {
             "Box-filtered MIPs at b = 2.25 look like the Phong map with N = 225.",
             "levels:bias_for_phong",
             "000-fig5",
+        ),
+        Claim(
+            "000-faces",
+            _KAUTZ + "Fig 4",
+            "At b = 9.4 six faces show in six colours; filtered across the faces they vanish.",
+            "faces:show",
+            "000-fig4",
+            rendered=True,
+        ),
+        Claim(
+            "000-speed",
+            _KAUTZ + "Fig 5",
+            "A single pass over box-filtered MIPs is faster than the parabolic prefilter: 500 against 25 Hz.",
+            "speed:single_pass",
+            "000-fig5",
+            rendered=True,
         ),
         Claim("001-cube-ratio", _NOTES + "§2.2", "A cube map's sampling rate varies by 3√3.", "maps:cube", "001-fig4"),
         Claim(
@@ -66,6 +84,48 @@ CLAIMS: Mapping[str, Claim] = {
         Claim("001-filter-sizes", _NOTES + "§3.2.5, table", "Filter sizes for N = 10 … 500.", "maps:filter_sizes"),
         Claim("001-shrink-factors", _NOTES + "§3.2.5, table", "Shrink factors for N = 10 … 500.", "maps:shrink_factors"),
         Claim(
+            "001-frame-rates",
+            _NOTES + "§3.2.5, table",
+            "Filtered anew in every frame, narrower lobes cost more: from 25 Hz for N = 10 to 9 Hz for N = 500.",
+            "speed:frame_rates",
+            "001-fig14",
+            rendered=True,
+        ),
+        Claim(
+            "002-all-views",
+            _HS98 + "§1 and §4",
+            "One dual paraboloid map serves all views; a sphere map the one it was made for.",
+            "views:one_map",
+            rendered=True,
+        ),
+        Claim(
+            "003-highlights",
+            _MCGUIRE + "§5 and Fig 1",
+            "At level m(s), lights in the map have highlights like those of direct lights.",
+            "highlights:similar",
+        ),
+        Claim(
+            "003-constant",
+            _MCGUIRE + "§5",
+            "A constant environment comes out exact, with k_L and k_G as they are.",
+            "constant:exact",
+            rendered=True,
+        ),
+        Claim(
+            "003-centres-corners",
+            _MCGUIRE + "§4",
+            "The error is least at the faces' centres and high exponents, worst at corners and low exponents.",
+            "mcguire_maps:centres_corners",
+            "003-fig2",
+        ),
+        Claim(
+            "003-flat-boxy",
+            _MCGUIRE + "§4",
+            "Maps that are flat at low frequencies come out well, those like a Cornell box slightly too shiny.",
+            "mcguire_maps:flat_boxy",
+            "headroom-mcguire",
+        ),
+        Claim(
             "004-counts",
             _LIGHTS + "Table 1",
             "Galileo has 8 lights, Grace 10, the kitchen 4, St Peter's 17.",
@@ -78,6 +138,13 @@ CLAIMS: Mapping[str, Claim] = {
             _LIGHTS + "§5",
             "The lights are slightly larger than the regions they stand for.",
             "area_lights:larger",
+        ),
+        Claim(
+            "004-softer",
+            _LIGHTS + "§5",
+            "Shadows are slightly softer than the reference's.",
+            "softness:softer",
+            rendered=True,
         ),
     )
 }
