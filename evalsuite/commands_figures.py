@@ -13,7 +13,7 @@ from evalsuite.plan import Report
 from evalsuite.report import figures
 from evalsuite.report.figures.rendered import Rendered
 from evalsuite.scene import builtin
-from evalsuite.stand_ins import cells_of
+from evalsuite.stand_ins import cells_of, named
 from evalsuite.store import results as store_results
 
 
@@ -46,5 +46,5 @@ def make(
         if figure.rendered:
             mine, stand_ins = planned[figure.id]
             own = Rendered(directory / "cells", [run[cell.id] for cell in mine], stand_ins)
-        made.append(figures.make(figure, directory, own))
+        made.append(figures.make(figure, directory, own, named(figure.maps, maps)))
     return made

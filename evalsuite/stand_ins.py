@@ -8,6 +8,7 @@ from pathlib import Path
 
 from evalsuite.errors import EvalsuiteError
 from evalsuite.plan import Cell, load_report, plan
+from evalsuite.report.figures.maps import Map
 
 
 @dataclass(frozen=True)
@@ -22,9 +23,9 @@ class Role:
 MAPS: Mapping[str, Role] = {
     "uffizi": Role("the Uffizi gallery", "office"),
     "grace": Role("Grace Cathedral", "cathedral"),
-    "galileo": Role("Galileo's tomb", "cathedral"),
+    "galileo": Role("Galileo's tomb", "chapel"),
     "kitchen": Role("the kitchen", "office"),
-    "st-peters": Role("St Peter's", "cathedral"),
+    "st-peters": Role("St Peter's", "basilica"),
 }
 #: Objects; stand-ins are scenes.
 MESHES: Mapping[str, Role] = {
@@ -47,6 +48,11 @@ def given(option: str, texts: Sequence[str], roles: Mapping[str, Role]) -> dict[
             raise EvalsuiteError(f"{option} {text}", "no such file", "a file that can be read", "check the path")
         found[name] = Path(path)
     return found
+
+
+def named(roles: Sequence[str], own: Mapping[str, Path]) -> list[Map]:
+    """The maps of these roles: the papers' own as far as given, role → file, else what stands in for them."""
+    return [Map(role, MAPS[role].called, str(own.get(role, MAPS[role].stand_in)), role not in own) for role in roles]
 
 
 def cells_of(definition: Path, maps: Mapping[str, Path]) -> tuple[list[Cell], dict[str, str]]:

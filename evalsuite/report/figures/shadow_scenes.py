@@ -1,0 +1,42 @@
+"""004 Fig 3: both scenes under each map, real time beside Mitsuba, the paper's own reference method where the cells have it, and
+the errors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from evalsuite.report.figures import grids
+from evalsuite.report.figures.maps import Map
+from evalsuite.report.figures.rendered import ERROR, Rendered, said
+from evalsuite.report.figures.shadow_rates import SCENES
+
+TITLES = {"three-boxes": "3 boxes, 38 triangles", "column": "Column, 440 triangles"}
+OURS, SAMPLED = "shadow-wedges", "shadow-sampled"
+
+
+def data(cells: Rendered, maps: Sequence[Map]) -> dict[str, Any]:
+    sampled = SAMPLED in cells.values("technique")
+    scenes = {}
+    for scene in SCENES:
+        ours = [cells.cell(scene=scene, environment=one.environment, technique=OURS) for one in maps]
+        rows = {"real time": [cells.picture(c) for c in ours], "Mitsuba 3": [cells.picture(c, "reference") for c in ours]}
+        rows["error, relative RMSE"] = [cells.error(c) for c in ours]
+        if sampled:
+            theirs = [cells.cell(scene=scene, environment=one.environment, technique=SAMPLED) for one in maps]
+            rows["1024 shadow maps"] = [cells.picture(c, caption=said(c)) for c in theirs]
+        scenes[scene] = rows
+    return {"cells": cells, "maps": maps, "scenes": scenes, "measured": {}}
+
+
+def draw(data: dict[str, Any]) -> grids.Grid:
+    columns = [one.title for one in data["maps"]]
+    blocks = [_block(TITLES[scene], rows, columns) for scene, rows in data["scenes"].items()]
+    note = "Real time: shadow-wedges. Each picture at its own exposure, the same for all of a column."
+    if any("1024 shadow maps" in rows for rows in data["scenes"].values()):
+        note += " 1024 shadow maps: structured importance samples of the whole map, the paper's reference; beneath, its error."
+    return grids.Grid(blocks, scale=ERROR, note=data["cells"].note(note), width=13.0)
+
+
+def _block(title: str, rows: Mapping[str, list], columns: Sequence[str]) -> grids.Block:
+    return grids.Block(list(rows.values()), title, columns, list(rows))
