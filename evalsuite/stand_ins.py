@@ -46,6 +46,9 @@ def given(option: str, texts: Sequence[str], roles: Mapping[str, Role]) -> dict[
             )
         if not Path(path).is_file():
             raise EvalsuiteError(f"{option} {text}", "no such file", "a file that can be read", "check the path")
+        for other, file in found.items():
+            if file.name == Path(path).name and not file.samefile(path):  # cells are named by the file's name
+                raise EvalsuiteError(f"{option} {text}", f"a file called as that of {other}", "another name", "rename one")
         found[name] = Path(path)
     return found
 

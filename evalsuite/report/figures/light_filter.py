@@ -162,7 +162,7 @@ def _draw_responses(axes: Any, data: dict[str, Any]) -> None:
     axes.set_xscale("log")
     axes.set_xticks([2, 4, 7, 10, 16], labels=["2", "4", "7", "10", "16"])
     axes.minorticks_off()
-    axes.set_ylim(-1.6, 1.3)
+    axes.set_ylim(-1.5, 2.0)
     axes.set_xlabel("inner radius $r_i$ of the filter [degrees]")
     axes.set_ylabel("response over the largest before black")
     axes.set_title(
@@ -170,7 +170,7 @@ def _draw_responses(axes: Any, data: dict[str, Any]) -> None:
         fontsize=9,
         loc="left",
     )
-    axes.legend(frameon=False, fontsize=7.5, loc="lower right")
+    axes.legend(frameon=False, fontsize=7.5, loc="upper left")
 
 
 def _draw_picked(axes: Any, data: dict[str, Any]) -> None:

@@ -39,8 +39,8 @@ def draw(data: dict[str, Any]) -> grids.Grid:
         apart = data["apart"][one.role]
         count = len(apart.found.lights)
         top.append(apart.whole(f"white: {apart.white:.3g} W m⁻² sr⁻¹"))
-        middle.append(apart.lights(f"{count} {'light' if count == 1 else 'lights'} with {100 * apart.share:.3g} % of the energy; "
-                                   f"the paper's map {PAPER[one.role].lights}"))  # fmt: skip
+        lights = f"{count} light{'' if count == 1 else 's'}, {100 * apart.share:.3g} % of the energy"
+        middle.append(apart.lights(f"{lights} (the paper's: {PAPER[one.role].lights})"))
         bottom.append(apart.rest(f"{100 * (1 - apart.share):.3g} % of the energy"))
     note = (
         "Latitude over longitude; one exposure a column. Flat discs, outlined, with the energy of the texels they stand for; "
@@ -48,4 +48,4 @@ def draw(data: dict[str, Any]) -> grids.Grid:
     )
     columns = [one.title for one in data["maps"]]
     names = ("the map", "area lights found", "the rest, ambient")
-    return grids.Grid([grids.Block([top, middle, bottom], "", columns, names)], note=note.strip(), width=11.0)
+    return grids.Grid([grids.Block([top, middle, bottom], "", columns, names)], note=note.strip(), width=8.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,11 @@ class Map:
     @property
     def title(self) -> str:
         return f"{self.called}: {self.environment}" if self.stand_in else self.called
+
+    @property
+    def label(self) -> str:
+        """What cells have for it."""
+        return self.environment if self.stand_in else Path(self.environment).name
 
     def radiance(self) -> NDArray[np.float32]:
         """(H, W, 3) lat-long [W m⁻² sr⁻¹]. Raises EvalsuiteError for a file that is no map."""

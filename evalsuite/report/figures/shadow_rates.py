@@ -32,7 +32,7 @@ SCENES = ("three-boxes", "column")
 def data(cells: Rendered, maps: Sequence[Map]) -> dict[str, Any]:
     rows = {}
     for one in maps:
-        own = [cells.cell(scene=scene, environment=one.environment) for scene in SCENES]
+        own = [cells.cell(scene=scene, environment=one.label) for scene in SCENES]
         rows[one.role] = {
             "environment": one.environment,
             "lights": len(own[0]["lights"]),
@@ -65,8 +65,9 @@ def draw(data: dict[str, Any]) -> tabular.Table:
         rows.append([one.title, str(row["lights"]), *rates, str(stated.lights), f"{stated.boxes}", f"{stated.column}"])
     size = " and ".join(f"{w} × {h}" for w, h in found["sizes"])
     note = (
-        f"shadow-wedges; one frame of {size} pixels, a sample each, on {found['renderer']}. Brackets: 95 % over the passes drawn, "
-        "as quick as this machine was, references being made beside them. The paper: its own maps, GeForce 6800. Counts are exact."
+        f"shadow-wedges; one frame of {size} pixels, a sample each, on {found['renderer']}. Brackets: 95 % over the passes "
+        "drawn, as quick as this machine was while references were being made. The paper: its own maps, GeForce 6800. Counts are "
+        "exact."
     )
     return tabular.Table(
         [("", 1), (f"here, {size}", 3), ("the paper, 512 × 512", 3)],

@@ -9,11 +9,12 @@ from typing import Any
 from evalsuite.report.figures import grids
 from evalsuite.report.figures.maps import Map
 from evalsuite.report.figures.rendered import ERROR, Rendered
+from evalsuite.report.figures.shadow_scenes import both
 from evalsuite.report.figures.taken_apart import TakenApart
 
 NOTE = (
-    "Upper left the map, lower left what stands for it in real time: flat discs, outlined, which cast shadows, and the rest, which "
-    "casts none."
+    "Upper left the map, lower left what stands for it in real time: flat discs, outlined, which cast shadows, and the rest, "
+    "which casts none."
 )
 
 
@@ -21,12 +22,12 @@ def data(cells: Rendered, maps: Sequence[Map]) -> dict[str, Any]:
     """Of the one cell and the one map."""
     (one,) = maps
     apart = TakenApart.of(one.radiance())
-    cell = cells.cell(environment=one.environment)
+    cell = cells.cell(environment=one.label)
     return {
         "cells": cells,
         "map": one,
         "apart": apart,
-        "pictures": [cells.picture(cell), cells.picture(cell, "reference"), cells.error(cell)],
+        "pictures": [*both(cells, cell), cells.error(cell)],
         "measured": {"lights": len(apart.found.lights), "share": apart.share, "white": apart.white},
     }
 
@@ -38,8 +39,8 @@ def draw(data: dict[str, Any]) -> grids.Grid:
     maps = [[apart.whole(f"{data['map'].title}; white: {apart.white:.3g} W m⁻² sr⁻¹")], [apart.lights(words, rest=True)]]
     titles = ("real time", "Mitsuba 3", "error, relative RMSE")
     return grids.Grid(
-        [grids.Block(maps, "Map and approximation"), grids.Block([data["pictures"]], "Lit by them", titles)],
+        [grids.Block(maps, columns=("map, and area lights",)), grids.Block([data["pictures"]], columns=titles)],
         scale=ERROR,
         note=data["cells"].note(NOTE),
-        width=9.0,
+        width=8.0,
     )

@@ -15,7 +15,7 @@ from evalsuite.report.figures.grids import Panel
 
 Float = NDArray[np.floating]
 
-#: Widest panel [pixels], and half the width of an outline in it [degrees].
+#: Widest panel [pixels], and half the width of an outline in it [degrees], where texels are not wider.
 WIDTH, LINE_DEG = 512, 0.7
 YELLOW, BLACK = (240, 228, 66), (0, 0, 0)
 
@@ -45,12 +45,13 @@ class TakenApart:
         discs = flat_discs(self.found)
         panel = self._panel(discs + self.found.remainder if rest else discs, caption)
         directions = latlong_directions(*panel.pixels.shape[:2])
+        line = max(LINE_DEG, 99.0 / len(directions))
         for light in self.found.lights:
             # |d − c| = 2 sin(angle/2)
             chord = np.linalg.norm(directions - np.asarray(light.direction), axis=-1)
             off = np.degrees(np.abs(2.0 * np.arcsin(np.minimum(0.5 * chord, 1.0)) - light.angular_radius))
-            panel.pixels[off < 2.0 * LINE_DEG] = BLACK
-            panel.pixels[off < LINE_DEG] = YELLOW
+            panel.pixels[off < 2.0 * line] = BLACK
+            panel.pixels[off < line] = YELLOW
         return panel
 
     def rest(self, caption: str = "") -> Panel:
