@@ -39,7 +39,8 @@ def both(cells: Rendered, cell: Mapping, caption: str = "") -> tuple[Panel, Pane
     reference, mask = cells.read(cell, "reference"), cells.read(cell, "mask").mean(-1) > 0.5
     brightest = float(np.quantile(reference[mask].max(-1), 0.98)) if mask.any() else 0.0
     exposure = 0.9 / brightest if brightest > 0 else None
-    return cells.picture(cell, "image", exposure, caption), cells.picture(cell, "reference", exposure)
+    white = f"white: {1 / (exposure or cell['exposure']):.3g} W m⁻² sr⁻¹"
+    return cells.picture(cell, "image", exposure, caption), cells.picture(cell, "reference", exposure, white)
 
 
 def draw(data: dict[str, Any]) -> grids.Grid:

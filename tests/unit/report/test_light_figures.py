@@ -11,7 +11,7 @@ from evalsuite.image import exr
 from evalsuite.lights.decompose import LUMINANCE, PAPER, decompose, radii
 from evalsuite.math.sphere import latlong_directions
 from evalsuite.report import figures
-from evalsuite.report.figures import light_filter, lights_found, shadow_rates, shadow_scenes, shadow_teaser, tabular
+from evalsuite.report.figures import grids, light_filter, lights_found, shadow_rates, shadow_scenes, shadow_teaser, tabular
 from evalsuite.report.figures.maps import Map, stand_ins
 from evalsuite.report.figures.rendered import Rendered
 from evalsuite.report.figures.taken_apart import YELLOW, TakenApart
@@ -136,6 +136,7 @@ def test_a_table_s_words_are_escaped(tmp_path):
     table = tabular.Table([("a & b", 2)], ["x_1", "<y>"], [["50 %", "£"]], "n")
     tabular.write(table, tmp_path / "t.tex")
     tabular.write(table, tmp_path / "t.html")
+    assert grids._latex("white: 1 W m⁻² sr⁻¹, 5 × 5 …").isascii()
     latex, page = ((tmp_path / f"t.{kind}").read_text("utf-8") for kind in ("tex", "html"))
     assert r"a \& b" in latex and r"x\_1 & <y> \\" in latex and r"50 \%" in latex
     assert "a &amp; b" in page and "&lt;y&gt;" in page
@@ -165,7 +166,7 @@ def test_maps_and_their_lights(cells):
     assert data["measured"]["stand_ins"] == {"Galileo": maps[0].environment}
     (block,) = lights_found.draw(data).blocks
     assert [len(row) for row in block.rows] == [4, 4, 4]
-    assert block.rows[1][1].caption.startswith("1 light with ") and block.rows[1][3].caption.endswith("the paper's map 17")
+    assert block.rows[1][1].caption.startswith("1 light, ") and block.rows[1][3].caption.endswith("(the paper's: 17)")
     assert stand_ins(maps[1:]) == "" and f"{maps[0].environment} for Galileo" in lights_found.draw(data).note
 
 

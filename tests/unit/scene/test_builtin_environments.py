@@ -169,7 +169,7 @@ def test_office_is_evenly_lit() -> None:
 
 @pytest.mark.parametrize("name", ["chapel", "basilica"])
 def test_churches_are_lit_by_windows_on_either_side(name: str) -> None:
-    """More light from the sunny side, +x, than from the other; some from high up; the floor brings least of what is lit directly."""
+    """More light from the sunny side, +x, than from the other, and more from above than from the floor."""
     sun, shade, up, down = (irradiance(name, np.array(n)).mean() for n in ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)))
     assert sun > 1.2 * shade and up > shade and up > 1.5 * down
     y, mean = mean_luminance(name)
