@@ -211,6 +211,7 @@ def _scale_words(scale: Scale | None) -> str:
 def _latex(text: str) -> str:
     # One pass, so that what is put in is not escaped again.
     table = {"\\": r"\textbackslash{}", "−": "$-$", "×": r"$\times$", "λ": r"$\lambda$", "…": r"\ldots{}", "°": r"$^\circ$",
-             "√": r"$\surd$", "²": "$^2$", "¹": "$^1$", "⁻": "$^-$", "α": r"$\alpha$", "η": r"$\eta$", "\N{NO-BREAK SPACE}": "~", "~": r"\textasciitilde{}",
+             "²": r"\textsuperscript{2}", "¹": r"\textsuperscript{1}", "⁻": r"\textsuperscript{$-$}", "√": r"$\surd$",
+             "α": r"$\alpha$", "η": r"$\eta$", "\N{NO-BREAK SPACE}": "~", "~": r"\textasciitilde{}",
              "^": r"\textasciicircum{}"} | {c: "\\" + c for c in "%_&#${}"}  # fmt: skip
     return "".join(table.get(c, c) for c in text)
