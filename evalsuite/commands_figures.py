@@ -17,6 +17,7 @@ from evalsuite.pipeline import Settings
 from evalsuite.plan import Report
 from evalsuite.report import figures, figures_page
 from evalsuite.report.figures import lock
+from evalsuite.stand_ins import named
 from evalsuite.store import results as store_results
 from evalsuite.store.cache import file_digest
 
@@ -43,7 +44,7 @@ def make(
     made, entries = [], {}
     for figure in chosen:
         own = cells.get(figure.id)
-        made.append(figures.make(figure, directory, own))
+        made.append(figures.make(figure, directory, own, named(figure.maps, maps)))
         entries[figure.id] = lock.entry(made[-1][1], lock.results_of(own.cells, own.directory) if own else {})
     lock.write(directory, asked(settings, maps, meshes), entries)
     figures_page.write(directory)

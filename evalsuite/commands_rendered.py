@@ -9,7 +9,6 @@ from pathlib import Path
 from rich.console import Console
 
 from evalsuite.commands import run_report
-from evalsuite.errors import EvalsuiteError
 from evalsuite.pipeline import Settings
 from evalsuite.plan import Cell, Report
 from evalsuite.report.figures.rendered import Rendered
@@ -34,12 +33,7 @@ def render(
     the papers' own, role → file, as far as given; scenes: the same with their meshes. Raises EvalsuiteError."""
     definitions = builtin.reports_directory() / report.name
     planned = {name: cells_of(definitions / f"{name}.toml", maps, scenes) for name in ids}
-    cells: dict[str, Cell] = {}
-    for cell in (cell for made, _ in planned.values() for cell in made):
-        other = cells.setdefault(cell.id, cell)
-        if other.environment_path != cell.environment_path:
-            raise EvalsuiteError(cell.environment_path, f"the name of another map, {other.environment_path}",
-                                 "a name of its own", "rename one")  # fmt: skip
+    cells = {cell.id: cell for made, _ in planned.values() for cell in made}
     if not cells:
         return {}
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from evalsuite.errors import EvalsuiteError
 from evalsuite.plan import Cell, load_report, plan
+from evalsuite.report.figures.maps import Map
 
 
 @dataclass(frozen=True)
@@ -22,9 +23,9 @@ class Role:
 MAPS: Mapping[str, Role] = {
     "uffizi": Role("the Uffizi gallery", "office"),
     "grace": Role("Grace Cathedral", "cathedral"),
-    "galileo": Role("Galileo's tomb", "cathedral"),
+    "galileo": Role("Galileo's tomb", "chapel"),
     "kitchen": Role("the kitchen", "office"),
-    "st-peters": Role("St Peter's", "cathedral"),
+    "st-peters": Role("St Peter's", "basilica"),
     "cafe": Role("the café", "office"),
 }
 #: Objects; stand-ins are scenes.
@@ -46,8 +47,16 @@ def given(option: str, texts: Sequence[str], roles: Mapping[str, Role]) -> dict[
             )
         if not Path(path).is_file():
             raise EvalsuiteError(f"{option} {text}", "no such file", "a file that can be read", "check the path")
+        for other, file in found.items():
+            if file.name == Path(path).name and not file.samefile(path):  # cells are named by the file's name
+                raise EvalsuiteError(f"{option} {text}", f"a file called as that of {other}", "another name", "rename one")
         found[name] = Path(path)
     return found
+
+
+def named(roles: Sequence[str], own: Mapping[str, Path]) -> list[Map]:
+    """The maps of these roles: the papers' own as far as given, role → file, else what stands in for them."""
+    return [Map(role, MAPS[role].called, str(own.get(role, MAPS[role].stand_in)), role not in own) for role in roles]
 
 
 def cells_of(

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from evalsuite.errors import unknown
 from evalsuite.image.files import replacing
-from evalsuite.report.figures import grids
+from evalsuite.report.figures import grids, tabular
+from evalsuite.report.figures.maps import Map
 from evalsuite.report.figures.rendered import Rendered
 
 
@@ -18,14 +19,16 @@ from evalsuite.report.figures.rendered import Rendered
 class Figure:
     """A figure of a paper, or one that holds a paper's choice against ours. id: <paper>-fig<number>, or what it is about. title:
     what it shows. module: in this folder, with arguments after colons; `data()` computes what is shown (arrays and plain values,
-    with `measured` for the JSON file), `draw(data)` returns a matplotlib Figure or a `grids.Grid`. rendered: whether it is made
-    of cells, those of reports/figures/<id>.toml, which then are `data`'s first argument (`rendered.Rendered`)."""
+    with `measured` for the JSON file), `draw(data)` returns a matplotlib Figure, a `grids.Grid` or a `tabular.Table`. rendered:
+    whether it is made of cells, those of reports/figures/<id>.toml, which then are `data`'s first argument (`rendered.Rendered`).
+    maps: roles of the maps it is about, which then are the next one (a list of `maps.Map`)."""
 
     id: str
     paper: str
     title: str
     module: str
     rendered: bool = False
+    maps: tuple[str, ...] = ()
 
 
 _NOTES = "Heidrich: Environment Maps and Their Applications (course notes), Fig {}"
@@ -35,6 +38,8 @@ _MCGUIRE_FIG = (
 )
 _KAUTZ = "Kautz, Daubert, Seidel: Advanced Environment Mapping in VR Applications, 2004, Fig {}"
 _HS98 = "Heidrich and Seidel: View-Independent Environment Maps, 1998, Fig {}"
+_LIGHTS = "Environment maps as area lights (dynamic shadows by penumbra wedges), {}"
+_PROBES = ("galileo", "grace", "kitchen", "st-peters")
 
 FIGURES: Mapping[str, Figure] = {
     figure.id: figure
@@ -102,6 +107,11 @@ FIGURES: Mapping[str, Figure] = {
         Figure("003-fig1", _MCGUIRE_FIG.format(1), "Highlights from the map and from direct lights", "highlights", True),
         Figure("003-fig3", _MCGUIRE_FIG.format(3), "A bump-mapped crate", "beside:exponent=s", True),
         Figure("000-fig6", _KAUTZ.format(6), "Fresnel term and LOD bias, a grid of both", "table:bias:fresnel_normal", True),
+        Figure("004-fig1", _LIGHTS.format("Fig 1"), "The filter that finds lights, and which size a disc gets", "light_filter"),
+        Figure("004-fig2", _LIGHTS.format("Fig 2"), "Maps and the area lights found in them", "lights_found", maps=_PROBES),
+        Figure("004-teaser", _LIGHTS.format("teaser"), "Map, area lights, real time, truth", "shadow_teaser", True, ("grace",)),
+        Figure("004-fig3", _LIGHTS.format("Fig 3"), "Two scenes under four maps", "shadow_scenes", True, _PROBES),
+        Figure("004-table1", _LIGHTS.format("Table 1"), "Lights and frame rates", "shadow_rates", True, _PROBES),
     )
 }
 
@@ -114,31 +124,32 @@ def choose(ids: Sequence[str]) -> list[Figure]:
     return [FIGURES[name] for name in ids] or list(FIGURES.values())
 
 
-def make(figure: Figure, directory: Path, cells: Rendered | None = None) -> tuple[list[Path], dict]:
+def make(figure: Figure, directory: Path, cells: Rendered | None = None, maps: Sequence[Map] = ()) -> tuple[list[Path], dict]:
     """Compute and draw a figure into `directory` (made where it is not there): <id>.png, <id>.pdf and <id>.json, the measured
-    numbers; of a grid of pictures also <id>.html and latex/<id>/<id>.tex. Returns the paths and the numbers. Raises
-    EvalsuiteError for a folder that cannot be written."""
+    numbers; of a grid of pictures and of a table also <id>.html and latex/<id>/<id>.tex. Returns the paths and the numbers.
+    Raises EvalsuiteError for a folder that cannot be written."""
     name, *arguments = figure.module.split(":")
     module = importlib.import_module(f"{__name__}.{name}")
-    data = module.data(cells, *arguments) if figure.rendered else module.data(*arguments)
+    own = [*([cells] if figure.rendered else []), *([maps] if figure.maps else [])]
+    data = module.data(*own, *arguments)
     numbers = {"id": figure.id, "paper": figure.paper, "title": figure.title, **data["measured"]}
     if cells:
         numbers |= {"stand_ins": dict(cells.stand_ins), "cells": {c["id"]: _cell(c) for c in cells.cells}}
-    drawing = module.draw(data)
-    grid = drawing if isinstance(drawing, grids.Grid) else None
-    drawing = grids.draw(grid) if grid else drawing
-    paths = [directory / f"{figure.id}.{kind}" for kind in ("png", "pdf", "json")]
+    described = module.draw(data)
+    kind = {grids.Grid: grids, tabular.Table: tabular}.get(type(described))
+    drawing = kind.draw(described) if kind else described
+    paths = [directory / f"{figure.id}.{suffix}" for suffix in ("png", "pdf", "json")]
     for path in paths[:2]:
         # Without dates a figure drawn again is the same file.
         metadata = {"Title": figure.title} | ({"CreationDate": None} if path.suffix == ".pdf" else {"Software": None})
         with replacing(path) as place:
-            drawing.savefig(place, format=path.suffix[1:], dpi=300 if grid else 200, metadata=metadata)
-    if grid:
+            drawing.savefig(place, format=path.suffix[1:], dpi=300 if kind else 200, metadata=metadata)
+    if kind:
         paths += [directory / f"{figure.id}.html", directory / "latex" / figure.id / f"{figure.id}.tex"]
         for path in paths[3:]:
             path.parent.mkdir(parents=True, exist_ok=True)
             with replacing(path) as place:
-                grids.write(grid, place)
+                kind.write(described, place)
     with replacing(paths[2]) as place:
         place.write_text(json.dumps(numbers, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     return paths, numbers

@@ -92,7 +92,7 @@ def _size(block: Block) -> tuple[float, float]:
     columns = max(len(row) for row in block.rows)
     panel = next(p for row in block.rows for p in row if p is not None)
     ratio = panel.pixels.shape[0] / panel.pixels.shape[1]
-    rows = sum(ratio + (0.16 if any(p and p.caption for p in row) else 0.0) for row in block.rows)
+    rows = sum(ratio * (1.16 if any(p and p.caption for p in row) else 1.0) for row in block.rows)
     return columns + (0.16 if block.names else 0.0), rows + (0.18 if block.title else 0.0) + (0.14 if block.columns else 0.0)
 
 
@@ -218,6 +218,7 @@ def _scale_words(scale: Scale | None) -> str:
 def _latex(text: str) -> str:
     # One pass, so that what is put in is not escaped again.
     table = {"\\": r"\textbackslash{}", "−": "$-$", "×": r"$\times$", "λ": r"$\lambda$", "…": r"\ldots{}", "°": r"$^\circ$",
-             "√": r"$\surd$", "α": r"$\alpha$", "η": r"$\eta$", "\N{NO-BREAK SPACE}": "~", "~": r"\textasciitilde{}",
+             "²": r"\textsuperscript{2}", "¹": r"\textsuperscript{1}", "⁻": r"\textsuperscript{$-$}", "√": r"$\surd$",
+             "α": r"$\alpha$", "η": r"$\eta$", "\N{NO-BREAK SPACE}": "~", "~": r"\textasciitilde{}",
              "^": r"\textasciicircum{}"} | {c: "\\" + c for c in "%_&#${}"}  # fmt: skip
     return "".join(table.get(c, c) for c in text)
