@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from evalsuite.errors import unknown
+from evalsuite.errors import EvalsuiteError, unknown
+from evalsuite.report.claims.verdict import UNTESTED, Finding
 from evalsuite.report.figures.rendered import Rendered
 
 
@@ -162,7 +163,12 @@ def check(claim: Claim, maps: Mapping[str, Path], cells: Rendered | None = None)
     """Measure a claim; what claims.json has of it. cells: its own, where it is rendered."""
     module, function = claim.measure.split(":")
     measure = getattr(importlib.import_module(f"{__name__}.{module}"), function)
-    finding = measure(cells) if claim.rendered else measure(maps) if claim.maps else measure()
+    try:
+        finding = measure(cells) if claim.rendered else measure(maps) if claim.maps else measure()
+    except EvalsuiteError as error:  # a cell without a score is this claim's trouble alone
+        if not claim.rendered:
+            raise
+        finding = Finding(UNTESTED, "", str(error))
     method = " ".join((measure.__doc__ or "").split())
     return {
         "id": claim.id,
@@ -171,5 +177,7 @@ def check(claim: Claim, maps: Mapping[str, Path], cells: Rendered | None = None)
         "figure": claim.figure,
         "method": method,
         "command": f"evalsuite claims {claim.id}",
+        "cells": [cell["id"] for cell in cells.cells] if cells else [],
+        "stand_ins": dict(cells.stand_ins) if cells else {},
         **asdict(finding),
     }

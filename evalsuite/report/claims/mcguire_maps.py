@@ -38,8 +38,8 @@ PLACES = ("centre", "corner", "anywhere")
 
 @dataclass(frozen=True, eq=False)
 class Errors:
-    """Axes: map, turn, exponent. error: by lobe and place, RMSE over the mean truth. best: by lobe, c of least error. low: (map,),
-    standard deviation of degrees 1 and 2 of the radiance over its mean."""
+    """Axes: map, turn, exponent. error: by lobe and place, RMSE over the mean truth. best: by lobe, c of least error. low:
+    (map,), standard deviation of degrees 1 and 2 of the radiance over its mean."""
 
     error: Mapping[tuple[str, str], Float]
     best: Mapping[str, Float]
@@ -110,9 +110,9 @@ def centres_corners() -> Finding:
 
 def flat_boxy() -> Finding:
     """Error at m(s) on the scene `sphere`, maps turned at random. Its growth with what six built-in maps vary in degrees 1 and 2
-    (slope between logarithms); noise of degree 4, 8, 16, flat at low frequencies, over noise of degree 1, 2 and the same contrast;
-    and the c of least error in m(s) + c among six coloured walls, above 0 where the published level is too shiny. Brackets: over
-    the maps, else over turns."""
+    (slope between logarithms); noise of degree 4, 8, 16, flat at low frequencies, over noise of degree 1, 2 and the same
+    contrast; and the c of least error in m(s) + c among six coloured walls, above 0 where the published level is too shiny.
+    Brackets: over the maps, else over turns."""
     made = errors()
     rows = {name: k for k, name in enumerate(MAPS)}
     natural = [rows[name] for name in BUILT_IN]
@@ -144,7 +144,7 @@ def flat_boxy() -> Finding:
 
 
 def _said(by_lobe: list[Mapping], limit: float, over: str, under: str) -> str:
-    """One sentence of both lobes, or one of each where they differ. over, under: what an interval above and below the limit says."""
+    """One sentence of both lobes, or of each where they differ. over, under: what an interval above, below the limit says."""
     said = [over if above(m, limit) else under if below(m, limit) else f"open whether {over}" for m in by_lobe]
     if len(set(said)) == 1:
         return f"{said[0]} for either lobe"

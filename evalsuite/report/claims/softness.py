@@ -32,6 +32,8 @@ WHOLE = "whole"
 SLIGHTLY = 2.0
 #: Sides of the blocks of pixels that the bootstrap draws, and its draws.
 BLOCK, DRAWS = 8, 2000
+#: Derivative along one axis of (H, W, C), mean of three along the other [1/pixel].
+PREWITT = tuple(np.array([-1.0, 0.0, 1.0]).reshape(shape) * np.ones((3, 3, 1)) / 6.0 for shape in ((3, 1, 1), (1, 3, 1)))
 
 
 def softer(cells: Rendered) -> Finding:
@@ -77,12 +79,10 @@ def _has(sets: NDArray[np.int_], region: str) -> NDArray[np.bool_]:
 def _squared_gradient(picture: Float, standard_error: Float | None) -> Float:
     """(H, W) |∇L|² [radiance² / pixel²] by Prewitt's operator, summed over channels, less what noise adds to it."""
     picture = np.asarray(picture, np.float64)
-    squared = sum(np.square(ndimage.prewitt(picture, axis) / 6.0) for axis in (0, 1))
+    squared = sum(np.square(ndimage.correlate(picture, k)) for k in PREWITT)
     if standard_error is not None:
         variance = np.square(np.asarray(standard_error, np.float64))
-        kernel = np.ones((3, 3, 1)) / 36.0
-        kernels = (kernel * np.array([1, 0, 1])[:, None, None], kernel * np.array([1, 0, 1])[None, :, None])
-        squared = squared - sum(ndimage.convolve(variance, k) for k in kernels)
+        squared = squared - sum(ndimage.correlate(variance, np.square(k)) for k in PREWITT)
     return squared.sum(-1)
 
 

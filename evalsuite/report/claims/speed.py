@@ -19,13 +19,13 @@ RATES = {10: 25, 50: 20, 100: 16, 250: 16, 500: 9}
 
 
 def frame_ms(cell: Mapping) -> float:
-    """A frame whose map is brought in and filtered anew [ms]: drawing it and all preparation, which cells otherwise count once."""
+    """A frame whose map is brought in and filtered anew [ms]: drawing and all preparation, which cells otherwise count once."""
     return float(cell["cost"]["gpu_ms"] + cell["cost"]["prepare_ms"])
 
 
 def single_pass(cells: Rendered) -> Finding:
-    """Time of a frame with the parabolic prefilter, N = 225, over that with box-filtered MIPs, b = 2.25, on one object under four
-    maps; bringing the map in and filtering it counted in every frame, timed on this machine in one run. Brackets: over the maps."""
+    """Time of a frame with the parabolic prefilter, N = 225, over that with box-filtered MIPs, b = 2.25, on one object under
+    six maps; bringing the map in and filtering it counted in every frame, timed on this machine. Brackets: over the maps."""
     maps = cells.values("env")
     slow = {env: frame_ms(cells.cell(technique=PREFILTER, env=env)) for env in maps}
     fast = {name: {env: frame_ms(cells.cell(technique=name, env=env)) for env in maps} for name in SINGLE}
@@ -40,21 +40,21 @@ def single_pass(cells: Rendered) -> Finding:
         slower = any(below(r, 1.0) for r in ratio.values())
         return Finding(FAILS if slower else LIMITS, text, "the single pass is slower" if slower else "noise decides", numbers)
     if all(below(r, STATED) for r in ratio.values()):
-        why = f"faster, but not {STATED:g} times: bringing the map into faces or paraboloids, which both need, takes most of either frame"
+        why = f"faster, but not {STATED:g} times: bringing the map into faces or paraboloids, which both need, is most of either"
         return Finding(LIMITS, text, why, numbers)
     return Finding(HOLDS, text, "", numbers)
 
 
 def frame_rates(cells: Rendered) -> Finding:
-    """Time of a frame with both maps filtered anew, on the sphere under four maps: what twice the exponent adds, by the slope over
-    log₂ N, and N = 500 over N = 10. Brackets: over the maps, timed on this machine."""
+    """Time of a frame with both paraboloids filtered anew, on the sphere under six maps: what twice the exponent adds, by the
+    slope over log₂ N, and N = 500 over N = 10. Brackets: over the maps, timed on this machine."""
     maps, exponents = cells.values("env"), cells.values("exponent")
     times = np.array([[frame_ms(cells.cell(env=env, exponent=n)) for n in exponents] for env in maps])
     slope = mean(np.polyfit(np.log2(exponents), row, 1)[0] for row in times)
     ratio = geometric(times[:, -1] / times[:, 0])
+    rates = ", ".join(f"N = {n}: {number(1e3 / t)} Hz" for n, t in zip(exponents, times.mean(0), strict=True))
     text = (f"twice the exponent adds {measured(slope, 'ms')}; N = {exponents[-1]} takes {measured(ratio)} times as long as "
-            f"N = {exponents[0]}; " + ", ".join(f"N = {n}: {number(1e3 / t)} Hz" for n, t in zip(exponents, times.mean(0), strict=True))
-            + f" on {_renderer(cells)}")  # fmt: skip
+            f"N = {exponents[0]}; {rates} on {_renderer(cells)}")  # fmt: skip
     stated = {str(n): hz for n, hz in RATES.items()}
     numbers = {"ms_of_doubling": slope, "last_over_first": ratio, "stated_hz": stated, "gl_renderer": _renderer(cells),
                "ms": {env: row.tolist() for env, row in zip(maps, times, strict=True)}}  # fmt: skip

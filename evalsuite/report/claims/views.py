@@ -22,8 +22,8 @@ def one_map(cells: Rendered) -> Finding:
     made = {v: _error(cells, "mirror-sphere", None, *v) for v in views}
     one = geometric(_error(cells, "mirror-paraboloid", None, *v) / made[v] for v in views)
     first = geometric(_error(cells, "mirror-sphere", FIRST, *v) / made[v] for v in turned)
-    text = (f"error over that of a sphere map made for the view: one paraboloid map {measured(one)}; one sphere map, seen from the "
-            f"three other sides, {measured(first)}")  # fmt: skip
+    text = (f"error over that of a sphere map made for the view: one paraboloid map {measured(one)}; one sphere map, seen from "
+            f"the three other sides, {measured(first)}")  # fmt: skip
     numbers = {"paraboloid_over_made": one, "first_sphere_over_made": first, "served": SERVED}
     if above(one, SERVED):
         return Finding(FAILS, text, f"more than {SERVED:g} times the error of a map made for the view", numbers)
