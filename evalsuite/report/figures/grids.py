@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evalsuite.report.figures import style
+from evalsuite.report.latex import escape
 from evalsuite.report.scales import Scale
 
 #: Of crops, in turn, on the picture and around the enlargement.
@@ -154,16 +155,16 @@ def _wrapped(text: str, width: int) -> str:
 
 
 def write(grid: Grid, place: Path) -> None:
-    """LaTeX (TikZ, compiles by itself or is \\input) or HTML (one file), by the suffix. Raises OSError."""
+    """LaTeX (a tikzpicture to be \\input; needs calc, graphicx and tikz) or HTML (one file), by the suffix. Raises OSError."""
     import figuregen
 
     latex = place.suffix == ".tex"
-    words = _latex if latex else html.escape
+    words = escape if latex else html.escape
     made = [_figuregen(block, words) for block in grid.blocks]
     rows = [[one] for one in made] if grid.stacked else [made]
     backend = figuregen.TikzBackend() if latex else figuregen.HtmlBackend(custom_head='<meta charset="utf-8">')
     figuregen.figure(rows, 2.54 * grid.width, str(place), backend)
-    note = " ".join(filter(None, [grid.note, _scale_words(grid.scale)]))
+    note = words_of(grid)
     if note:
         text = place.read_text(encoding="utf-8")
         if latex:
@@ -211,14 +212,10 @@ def _figuregen(block: Block, words: Any) -> Any:
     return grid
 
 
+def words_of(grid: Grid) -> str:
+    """What stands beneath: the note, and the scale in words."""
+    return " ".join(filter(None, [grid.note, _scale_words(grid.scale)]))
+
+
 def _scale_words(scale: Scale | None) -> str:
     return f"Error maps: {scale.caption}, {scale.ticks[0][1]} blue to {scale.ticks[-1][1]} red." if scale else ""
-
-
-def _latex(text: str) -> str:
-    # One pass, so that what is put in is not escaped again.
-    table = {"\\": r"\textbackslash{}", "−": "$-$", "×": r"$\times$", "λ": r"$\lambda$", "…": r"\ldots{}", "°": r"$^\circ$",
-             "²": r"\textsuperscript{2}", "¹": r"\textsuperscript{1}", "⁻": r"\textsuperscript{$-$}", "√": r"$\surd$",
-             "α": r"$\alpha$", "η": r"$\eta$", "\N{NO-BREAK SPACE}": "~", "~": r"\textasciitilde{}",
-             "^": r"\textasciicircum{}"} | {c: "\\" + c for c in "%_&#${}"}  # fmt: skip
-    return "".join(table.get(c, c) for c in text)
