@@ -17,6 +17,7 @@ from evalsuite.pipeline import Settings
 from evalsuite.plan import Report
 from evalsuite.report import figures, figures_page
 from evalsuite.report.figures import lock
+from evalsuite.scene import builtin
 from evalsuite.stand_ins import named
 from evalsuite.store import results as store_results
 from evalsuite.store.cache import file_digest
@@ -69,18 +70,21 @@ def asked(settings: Settings, maps: Mapping[str, Path], meshes: Mapping[str, Pat
     return {"target_error": settings.target_error, "cap": settings.cap, "size": size, **given}
 
 
+def lock_of(directory: Path) -> Path:
+    """The lock of a folder of figures; where it has none, the one that ships."""
+    own = directory / lock.NAME
+    return own if own.exists() else builtin.reports_directory() / "figures" / lock.NAME
+
+
 def verify(ids: Sequence[str], locked: Path, *, jobs: int | None, read_cache: bool, console: Console) -> list[dict]:
     """Make figures again as a lock says they were made, and hold them against it; one dictionary a figure (`lock.Check`). ids: of
     them; none is all that the lock has. Raises EvalsuiteError for a lock that cannot be read, or files it names that are gone."""
     whole = lock.read(locked)
-    wanted = (
-        [figure.id for figure in figures.choose(ids)] if ids else [name for name in figures.FIGURES if name in whole["figures"]]
-    )
+    known = [name for name in figures.FIGURES if name in whole["figures"]]
+    wanted = [figure.id for figure in figures.choose(ids)] if ids else known
     for name in wanted:
-        if name not in whole["figures"]:
-            raise EvalsuiteError(
-                f"{locked}, {name}", "not in the lock", "a figure made before", f"type `evalsuite figures {name}`"
-            )
+        if name not in known:
+            raise EvalsuiteError(f"{locked}, {name}", "not in it", "a figure made before", f"type `evalsuite figures {name}`")
     stated = whole["asked"]
     own = {option: {role: Path(one["file"]) for role, one in stated[option].items()} for option in ("env", "mesh")}
     for files in own.values():

@@ -39,7 +39,11 @@ def figures(
         list[str] | None, typer.Option(metavar="NAME=FILE", help="A paper's own mesh, as bunny=FILE, y up. Repeatable.")
     ] = None,
     verify: Annotated[
-        bool, typer.Option("--verify", help="Make the figures of the folder's lock again, and say which come out otherwise.")
+        bool,
+        typer.Option(
+            "--verify",
+            help="Make the figures of the folder's lock again, else of the shipped one; say what moved.",
+        ),
     ] = False,
     quality: Quality = None,
     target_error: TargetError = None,
@@ -55,10 +59,9 @@ def figures(
     from evalsuite import commands_figures as commands
     from evalsuite import stand_ins
     from evalsuite.pipeline import Settings
-    from evalsuite.report.figures import lock
 
     if verify:
-        _verify(commands.verify(ids or [], out_dir / lock.NAME, jobs=jobs, read_cache=not no_cache, console=err), as_json)
+        _verify(commands.verify(ids or [], commands.lock_of(out_dir), jobs=jobs, read_cache=not no_cache, console=err), as_json)
         return
     error, cap = error_of(quality, target_error)
     maps, meshes = stand_ins.given("--env", env or (), stand_ins.MAPS), stand_ins.given("--mesh", mesh or (), stand_ins.MESHES)
