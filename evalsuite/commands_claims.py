@@ -13,6 +13,7 @@ from evalsuite.pipeline import Settings
 from evalsuite.plan import Report
 from evalsuite.report import claims as table
 from evalsuite.report import claims_page
+from evalsuite.report.figures import lock
 from evalsuite.store import results as store_results
 from evalsuite.store.cache import write_atomic
 
@@ -39,7 +40,8 @@ def check(
     found = []
     for claim in chosen:
         step(claim.says)
-        found.append(table.check(claim, maps, cells.get(claim.id)))
+        own = cells.get(claim.id)
+        found.append({**table.check(claim, maps, own), "results": lock.results_of(own.cells, own.directory) if own else {}})
     write_atomic(
         directory / "claims.json",
         json.dumps({"schema": "evalsuite.claims/1", "claims": found}, indent=1, ensure_ascii=False) + "\n",

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from evalsuite.errors import EvalsuiteError
 from evalsuite.plan import Cell, load_report, plan
+from evalsuite.report.figures.maps import Map
 
 
 @dataclass(frozen=True)
@@ -22,9 +23,10 @@ class Role:
 MAPS: Mapping[str, Role] = {
     "uffizi": Role("the Uffizi gallery", "office"),
     "grace": Role("Grace Cathedral", "cathedral"),
-    "galileo": Role("Galileo's tomb", "cathedral"),
+    "galileo": Role("Galileo's tomb", "chapel"),
     "kitchen": Role("the kitchen", "office"),
-    "st-peters": Role("St Peter's", "cathedral"),
+    "st-peters": Role("St Peter's", "basilica"),
+    "cafe": Role("the café", "office"),
 }
 #: Objects; stand-ins are scenes.
 MESHES: Mapping[str, Role] = {
@@ -45,13 +47,24 @@ def given(option: str, texts: Sequence[str], roles: Mapping[str, Role]) -> dict[
             )
         if not Path(path).is_file():
             raise EvalsuiteError(f"{option} {text}", "no such file", "a file that can be read", "check the path")
+        for other, file in found.items():
+            if file.name == Path(path).name and not file.samefile(path):  # cells are named by the file's name
+                raise EvalsuiteError(f"{option} {text}", f"a file called as that of {other}", "another name", "rename one")
         found[name] = Path(path)
     return found
 
 
-def cells_of(definition: Path, maps: Mapping[str, Path]) -> tuple[list[Cell], dict[str, str]]:
+def named(roles: Sequence[str], own: Mapping[str, Path]) -> list[Map]:
+    """The maps of these roles: the papers' own as far as given, role → file, else what stands in for them."""
+    return [Map(role, MAPS[role].called, str(own.get(role, MAPS[role].stand_in)), role not in own) for role in roles]
+
+
+def cells_of(
+    definition: Path, maps: Mapping[str, Path], scenes: Mapping[str, Path] | None = None
+) -> tuple[list[Cell], dict[str, str]]:
     """The cells that a report's TOML file asks for, roles among its scenes and environments replaced, and what stands in for what
-    in them: {"the Uffizi gallery": "office"}. maps: the papers' own, role → file, as far as given. Raises EvalsuiteError."""
+    in them: {"the Uffizi gallery": "office"}. maps: the papers' own, role → file, as far as given; scenes: the same of scenes
+    with their meshes. Raises EvalsuiteError."""
     report = load_report(str(definition))
     stand_ins: dict[str, str] = {}
 
@@ -66,7 +79,7 @@ def cells_of(definition: Path, maps: Mapping[str, Path]) -> tuple[list[Cell], di
     groups = tuple(
         replace(
             group,
-            scenes=tuple(put(name, MESHES, {}) for name in group.scenes),
+            scenes=tuple(put(name, MESHES, scenes or {}) for name in group.scenes),
             environments=tuple(put(name, MAPS, maps) for name in group.environments),
         )
         for group in report.groups

@@ -140,6 +140,14 @@ def cathedral() -> Map:
     return path_traced("cathedral", samples=8192)
 
 
+def chapel() -> Map:
+    return path_traced("chapel", samples=2048)
+
+
+def basilica() -> Map:
+    return path_traced("basilica", samples=2048)
+
+
 def studio() -> Map:
     return path_traced("studio", samples=4096, width=256, height=128)
 
@@ -204,6 +212,8 @@ GENERATORS: dict[str, Generator] = {
     "sunsky": Generator(sunsky),
     "office": Generator(office),
     "cathedral": Generator(cathedral),
+    "chapel": Generator(chapel),
+    "basilica": Generator(basilica),
     "studio": Generator(studio),
 }
 

@@ -7,9 +7,10 @@ sub-sample: the hardware's own derivatives, hence its MIP level, stay those of o
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import log2
+from math import inf, log2
 
 import numpy as np
+from scipy.stats import t as student
 
 from evalsuite.errors import EvalsuiteError
 from evalsuite.gpu import environment, material_maps, programs
@@ -45,6 +46,7 @@ def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], s
             prepared[one.id] = one.prepare(env, settings[one.id], scene)
 
     draws = [_material_draws(scene, i, bindings, settings, prepared, supersample) for i in range(len(scene.materials))]
+    scored = [float(i in bindings and bindings[i].scored) for i in range(len(scene.materials))]
     stage, sky = Stage(scene), background_draw(env.latlong, env.uniforms)
     width, height = scene.camera.size
     total, variance = np.zeros((height, width, 4)), np.zeros((height, width, 3))
@@ -61,6 +63,7 @@ def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], s
             draws = _with(draws, inputs)
         before_ms.append(sum(inputs.ms for inputs in before))
         stage.run(subsample, draws, sky)
+        stage.mark(subsample, scored)
         total += stage.read(0)
         if technique.random:
             variance += stage.read(1)[..., :3]
@@ -68,13 +71,16 @@ def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], s
     mean = total / len(passes)
     own = prepared[technique.id]
     shadow_ms = rounds * float(np.mean(before_ms[1:] or before_ms))
+    spread_ms = rounds * _half_width(np.add(before_ms, stage.pass_ms)[1:])
+    gpu_ms = own.frame_ms + shadow_ms + rounds * float(np.mean(stage.pass_ms[1:] or stage.pass_ms))
     return Drawing(
         image=mean[..., :3].astype(np.float32),
         scored=mean[..., 3].astype(np.float32),
         standard_error=(np.sqrt(variance) / len(passes)).astype(np.float32) if technique.random else None,
         # The first pass warms caches and compiles; where there are others it is left out.
         cost={
-            "gpu_ms": own.frame_ms + shadow_ms + rounds * float(np.mean(stage.pass_ms[1:] or stage.pass_ms)),
+            "gpu_ms": gpu_ms,
+            **({"gpu_ms_ci95": [gpu_ms - spread_ms, gpu_ms + spread_ms]} if np.isfinite(spread_ms) else {}),
             "prepare_ms": own.prepare_ms,
             **({"shadow_ms": shadow_ms} if shadow_ms else {}),
             **({"acquire_ms": own.frame_ms} if own.frame_ms else {}),
@@ -85,6 +91,11 @@ def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], s
         notes=tuple(own.notes) + _side_notes(scene, bindings),
         probe=own.probe,
     )
+
+
+def _half_width(values: np.ndarray) -> float:
+    """Of the 95 % interval of their mean, by Student's t; infinite for fewer than two."""
+    return float(student.ppf(0.975, len(values) - 1) * np.std(values, ddof=1) / len(values) ** 0.5) if len(values) > 1 else inf
 
 
 def _with(draws: Sequence[Sequence[Draw]], inputs: PassInputs) -> list[list[Draw]]:
@@ -118,7 +129,6 @@ def _material_draws(
         **map_uniforms,
         "map_bias": -log2(supersample),
         "two_sided": material.two_sided,
-        "scored": float(binding.scored),
     }
     common = {**one.defines(own), **prepared[one.id].defines, **map_defines, **({"WITH_VARIANCE": 1} if one.random else {})}
     programs_of_layers = [

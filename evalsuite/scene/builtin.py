@@ -25,6 +25,8 @@ ENVIRONMENTS: dict[str, str] = {
     "sunsky": "clear sky with the sun at 40°, about 10⁵ × the sky, above grey ground",
     "office": "room evenly lit by windows and ceiling panels, path-traced from a model",
     "cathedral": "dark nave with candles, small bright lamps and stained glass, path-traced from a model",
+    "chapel": "plastered church of one nave with eight windows and two lamps, path-traced from a model",
+    "basilica": "vast vaulted hall with sixteen high windows, a lantern and lamps, path-traced from a model",
 }
 
 #: Families of environments that are made when first asked for: pattern of the name → description.

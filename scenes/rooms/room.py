@@ -119,6 +119,23 @@ def bitmap(slot: str, file: str, to_uv: str = "") -> str:
     )
 
 
+def panes(radiance: float, columns: int = 3, rows: int = 6) -> NDArray[np.float64]:
+    """Radiance of a window, brightest at its top, behind dark bars: (192, 96, 3)."""
+    v, u = (np.mgrid[0:192, 0:96] + 0.5) / np.array([192, 96])[:, None, None]
+    bars = (np.abs(u * columns % 1 - 0.5) > 0.46) | (np.abs(v * rows % 1 - 0.5) > 0.47)
+    sky = np.array([0.92, 0.98, 1.1]) * (0.6 + 0.4 * v)[..., None]  # v grows upwards on a rectangle
+    return radiance * np.where(bars[..., None], 0.01, sky)
+
+
+def barrel(radius: float, spring: float, near: float, far: float, outer: float | None = None) -> NDArray[np.float64]:
+    """Strip of a barrel vault over x = ±radius from z = near to far; with `outer` an arch of rectangular section below one of
+    that radius."""
+    angle = np.linspace(0, np.pi, 33)[:, None]
+    section = [(radius, near), (radius, far)] if outer is None else [(outer, near), (radius, near), (radius, far), (outer, far)]
+    radii, depths = np.array(section).T
+    return np.stack(np.broadcast_arrays(-radii * np.cos(angle), spring + radii * np.sin(angle), depths), -1)
+
+
 def save_texture(file: Path, pixels: NDArray[np.float64]) -> None:
     import OpenEXR
 

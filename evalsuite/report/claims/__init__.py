@@ -97,6 +97,7 @@ CLAIMS: Mapping[str, Claim] = {
             _HS98 + "§1 and §4",
             "One dual paraboloid map serves all views; a sphere map the one it was made for.",
             "views:one_map",
+            "002-fig6",
             rendered=True,
         ),
         Claim(
@@ -104,6 +105,7 @@ CLAIMS: Mapping[str, Claim] = {
             _MCGUIRE + "§5 and Fig 1",
             "At level m(s), lights in the map have highlights like those of direct lights.",
             "highlights:similar",
+            "003-fig1",
         ),
         Claim(
             "003-constant",
@@ -145,6 +147,7 @@ CLAIMS: Mapping[str, Claim] = {
             _LIGHTS + "§5",
             "Shadows are slightly softer than the reference's.",
             "softness:softer",
+            "004-fig3",
             rendered=True,
         ),
     )

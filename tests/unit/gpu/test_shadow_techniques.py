@@ -86,6 +86,9 @@ def test_a_lone_convex_body_without_ground_has_only_its_own_terminator():
 def test_time_of_shadows_is_told_apart():
     cost = worker.render(boxes_scene(lamps(), MATTE, (48, 48)), "shadow-wedges", {}, supersample=2).cost
     assert 0.0 < cost["shadow_ms"] < cost["gpu_ms"] and cost["prepare_ms"] > 0.0
+    low, high = cost["gpu_ms_ci95"]
+    assert low < cost["gpu_ms"] < high and low + high == pytest.approx(2 * cost["gpu_ms"])
+    assert "gpu_ms_ci95" not in worker.render(boxes_scene(lamps(), MATTE, (48, 48)), "shadow-wedges", {}, supersample=1).cost
 
 
 def test_lobes_of_two_exponents_are_refused_by_line():

@@ -167,7 +167,16 @@ def test_office_is_evenly_lit() -> None:
     assert np.median(y) > 0.3 * mean
 
 
-@pytest.mark.parametrize("name, most", [("office", 0.03), ("cathedral", 0.07)])
+@pytest.mark.parametrize("name", ["chapel", "basilica"])
+def test_churches_are_lit_by_windows_on_either_side(name: str) -> None:
+    """More light from the sunny side, +x, than from the other, and more from above than from the floor."""
+    sun, shade, up, down = (irradiance(name, np.array(n)).mean() for n in ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)))
+    assert sun > 1.2 * shade and up > shade and up > 1.5 * down
+    y, mean = mean_luminance(name)
+    assert 50 < y.max() / mean < 500 and np.median(y) < 0.6 * mean
+
+
+@pytest.mark.parametrize("name, most", [("office", 0.03), ("cathedral", 0.07), ("chapel", 0.05), ("basilica", 0.05)])
 def test_rooms_are_low_in_noise(name: str, most: float) -> None:
     """On ceiling and vaults, which vary smoothly: second differences along u have √6 times the noise's standard deviation.
     Both renderers light with the same texels, noise and all, so it costs no accuracy; it only must not dominate the map."""

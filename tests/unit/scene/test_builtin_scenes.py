@@ -16,7 +16,7 @@ from evalsuite.scene.model import SceneSource
 
 GROUNDED = ("still-life", "three-boxes", "column", "dancer")
 NAMES = ("sphere", "sphere72", "torus", "teapot", "organic", "near-field", "crate", *GROUNDED)
-ROOMS = ("office", "cathedral", "studio")
+ROOMS = ("office", "cathedral", "chapel", "basilica", "studio")
 
 
 @pytest.fixture(scope="module")
