@@ -1,90 +1,28 @@
-"""Where m(s) errs, and under which maps (McGuire et al. 2013, §4), in float64.
-
-Maps are turned at random before they become faces, so that what stands at a face's centre or corner is chance. The truths are
-`headroom_mcguire`'s: the lobe of Eq 13 about h, brought to albedo 1 in each pixel so that width and shape alone count (what its
-albedo costs is the claim about constant maps), and the lobe cos^s about r that the paper's derivation has in mind.
-"""
+"""Where m(s) errs, and under which maps (McGuire et al. 2013, §4): verdicts over `mcguire_errors`."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
-from evalsuite.compare.regions import CENTRE_DEG, CORNER_DEG, GRAZING, face_angles
-from evalsuite.math import cubemap, phong, sh
 from evalsuite.report.claims.intervals import above, below, geometric, mean
+from evalsuite.report.claims.mcguire_errors import BUILT_IN, EXPONENTS, FLAT_BANDS, LOW_BANDS, MAPS, PLACES, errors
 from evalsuite.report.claims.verdict import FAILS, HOLDS, LIMITS, Finding
-from evalsuite.report.figures import headroom_mcguire, sphere_view
 from evalsuite.report.numbers import measured
 
 Float = NDArray[np.float64]
 
-BUILT_IN = ("office", "cathedral", "coloured-cube", "overcast", "sunsky", "sh2")
-#: Noise of one degree and of one contrast: varying at the lowest frequencies alone, and flat there.
-LOW_BANDS, FLAT_BANDS = ("band-1", "band-2"), ("band-4", "band-8", "band-16")
-MAPS = BUILT_IN + LOW_BANDS + FLAT_BANDS
-BOXY = "coloured-cube"
-EXPONENTS = (5, 20, 80, 320)
-TURNS, FACE, PICTURE, PIXELS = 5, 64, 128, 250
-OFFSETS = np.linspace(-2.0, 3.0, 21)
 LOBES = {"h, albedo 1": "lobe about h", "r": "lobe about r"}
-PLACES = ("centre", "corner", "anywhere")
-
-
-@dataclass(frozen=True, eq=False)
-class Errors:
-    """Axes: map, turn, exponent. error: by lobe and place, RMSE over the mean truth. best: by lobe, c of least error. low:
-    (map,), standard deviation of degrees 1 and 2 of the radiance over its mean."""
-
-    error: Mapping[tuple[str, str], Float]
-    best: Mapping[str, Float]
-    low: Float
-
-
-@lru_cache(maxsize=1)
-def errors() -> Errors:
-    """Of all maps, turns, exponents and lobes, on the scene `sphere` where n·v > 0.3."""
-    normal, to_view, hit = sphere_view.rays(PICTURE)
-    hit &= (normal * to_view).sum(-1) > GRAZING
-    centre, _, corner = face_angles(phong.reflect(to_view, normal))
-    masks = dict(zip(PLACES, (hit & (centre < CENTRE_DEG), hit & (corner < CORNER_DEG), hit), strict=True))
-    chosen = {place: sphere_view.some(mask, PIXELS * (1 + (place == "anywhere"))) for place, mask in masks.items()}
-    ends = np.cumsum([0, *(len(c) for c in chosen.values())])
-    part = {place: slice(a, b) for place, a, b in zip(PLACES, ends, ends[1:], strict=False)}
-    n, v = (x.reshape(-1, 3)[np.concatenate(list(chosen.values()))] for x in (normal, to_view))
-    r = phong.reflect(v, n)
-    cubes = [[_cube(name, turn) for turn in range(TURNS)] for name in MAPS]
-    radiance = np.concatenate([cube.levels[0].reshape(-1, 3) for row in cubes for cube in row], 1).astype(np.float32)
-    shape = (len(MAPS), TURNS, len(EXPONENTS))
-    error = {(lobe, place): np.empty(shape) for lobe in LOBES for place in PLACES}
-    best = {lobe: np.empty(shape) for lobe in LOBES}
-    for k, s in enumerate(EXPONENTS):
-        levels = float(phong.exponent_to_lod(s, FACE)) + OFFSETS
-        inside = (levels >= 0) & (levels <= cubes[0][0].max_level)  # beyond, no two offsets differ
-        weights = headroom_mcguire.truths(n, v, float(s))
-        truth = {lobe: (weights[lobe] @ radiance).reshape(-1, len(MAPS), TURNS, 3).astype(np.float64) for lobe in LOBES}
-        for i, row in enumerate(cubes):
-            for j, cube in enumerate(row):
-                looked_up = np.stack([cube.lookup(r, float(m)) for m in levels[inside]])
-                published = cube.lookup(r, float(phong.exponent_to_lod(s, FACE)))
-                for lobe in LOBES:
-                    t = truth[lobe][:, i, j]
-                    scale = t[part["anywhere"]].mean()
-                    for place, some in part.items():
-                        error[lobe, place][i, j, k] = np.sqrt(np.square(published[some] - t[some]).mean()) / scale
-                    off = np.square(looked_up - t)[:, part["anywhere"]].mean((1, 2))
-                    best[lobe][i, j, k] = sphere_view.least(OFFSETS[inside], off)
-    return Errors(error, best, np.array([_low(row[0]) for row in cubes]))
+BOXY = "coloured-cube"
+#: Why places differ.
+WIDTHS = "texels are a third as large at corners, which suits the narrower lobe about r, and centres the wider about h"
 
 
 def centres_corners() -> Finding:
-    """Error of the look-up at m(s) on the scene `sphere`, without grazing views, over eleven maps turned at random: within 10° of
-    the faces' corners over within 15° of their centres, and at s = 5 over s = 320. Brackets: over the maps."""
+    """Error of the look-up at m(s) on the scene `sphere`, without grazing views, over thirteen maps turned at random: within 10°
+    of the faces' corners over within 15° of their centres, and at s = 5 over s = 320. Brackets: over the maps."""
     found = {}
     for lobe in LOBES:
         by_place = {place: errors().error[lobe, place] for place in PLACES}
@@ -105,12 +43,12 @@ def centres_corners() -> Finding:
         _said(exponents, 1.0, "low exponents are worse than high ones", "low exponents are better than high ones"),
     ]
     some = any(above(m, 1.0) for m in places + exponents)
-    return Finding(LIMITS if some else FAILS, text, "; ".join(parts), found)
+    return Finding(LIMITS if some else FAILS, text, "; ".join([*parts, WIDTHS]), found)
 
 
 def flat_boxy() -> Finding:
-    """Error at m(s) on the scene `sphere`, maps turned at random. Its growth with what six built-in maps vary in degrees 1 and 2
-    (slope between logarithms); noise of degree 4, 8, 16, flat at low frequencies, over noise of degree 1, 2 and the same
+    """Error at m(s) on the scene `sphere`, maps turned at random. Its growth with what eight built-in maps vary in degrees 1 and
+    2 (slope between logarithms); noise of degree 4, 8, 16, flat at low frequencies, over noise of degree 1, 2 and the same
     contrast; and the c of least error in m(s) + c among six coloured walls, above 0 where the published level is too shiny.
     Brackets: over the maps, else over turns."""
     made = errors()
@@ -163,18 +101,3 @@ def _slope(x: Float, y: Float) -> dict[str, object]:
     line = linregress(x, y)
     half = float(t.ppf(0.975, len(x) - 2) * line.stderr)
     return {"value": float(line.slope), "ci95": [float(line.slope) - half, float(line.slope) + half]}
-
-
-def _low(cube: cubemap.SeamlessCube) -> float:
-    coefficients = sh.project_cube(cube.levels[0]).mean(-1)
-    return float(np.sqrt(np.square(coefficients[1:]).sum()) / coefficients[0])
-
-
-def _cube(name: str, turn: int) -> cubemap.SeamlessCube:
-    """A built-in map as a cubemap with box-filtered MIPs, turned at random."""
-    from evalsuite.scene import builtin
-    from evalsuite.scene.environment import read_environment
-
-    environment = read_environment(builtin.environment_path(name))
-    turned = Rotation.random(TURNS, random_state=1)[turn].as_matrix() @ environment.to_world
-    return cubemap.SeamlessCube(cubemap.box_mips(cubemap.resample_latlong(environment.radiance, turned, FACE, 3)))

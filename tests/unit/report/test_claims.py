@@ -8,7 +8,7 @@ import pytest
 from evalsuite.errors import EvalsuiteError
 from evalsuite.math import cubemap, hierarchical, paraboloid, phong, sh
 from evalsuite.report import claims
-from evalsuite.report.claims import area_lights, harmonics, highlights, intervals, levels, maps, mcguire_maps
+from evalsuite.report.claims import area_lights, harmonics, highlights, intervals, levels, maps, mcguire_errors, mcguire_maps
 from evalsuite.report.claims.verdict import FAILS, HOLDS, LIMITS, UNTESTED, Finding
 from evalsuite.report.figures import circle_distortion
 from evalsuite.scene.builtin import environment_path
@@ -119,10 +119,10 @@ def test_direct_light_has_its_closed_form():
 def few(monkeypatch):
     """Two exponents and few pixels, computed anew."""
     for name, value in {"EXPONENTS": (5, 80), "TURNS": 5, "PIXELS": 100, "PICTURE": 96}.items():
-        monkeypatch.setattr(mcguire_maps, name, value)
-    mcguire_maps.errors.cache_clear()
+        monkeypatch.setattr(mcguire_errors, name, value)
+    mcguire_errors.errors.cache_clear()
     yield
-    mcguire_maps.errors.cache_clear()
+    mcguire_errors.errors.cache_clear()
 
 
 def test_where_the_level_errs_and_planted_levels_and_texels(few, monkeypatch):
@@ -136,7 +136,7 @@ def test_where_the_level_errs_and_planted_levels_and_texels(few, monkeypatch):
     published = phong.exponent_to_lod
     with monkeypatch.context() as patch:
         patch.setattr(phong, "exponent_to_lod", lambda s, w: published(s, w) + 2.0)
-        mcguire_maps.errors.cache_clear()
+        mcguire_errors.errors.cache_clear()
         assert "too dull among six walls for either lobe" in mcguire_maps.flat_boxy().why.replace(
             "it is too dull", "too dull among six walls"
         )
@@ -148,7 +148,7 @@ def test_where_the_level_errs_and_planted_levels_and_texels(few, monkeypatch):
         return whole(self, directions, np.asarray(lod) + 2.0 * corner)
 
     monkeypatch.setattr(cubemap.SeamlessCube, "lookup", blurred)
-    mcguire_maps.errors.cache_clear()
+    mcguire_errors.errors.cache_clear()
     assert mcguire_maps.centres_corners().numbers["r"]["corner_over_centre"]["ci95"][0] > 1
 
 
