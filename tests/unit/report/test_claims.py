@@ -118,7 +118,7 @@ def test_direct_light_has_its_closed_form():
 @pytest.fixture
 def few(monkeypatch):
     """Two exponents and few pixels, computed anew."""
-    for name, value in {"EXPONENTS": (5, 80), "TURNS": 5, "PIXELS": 100, "PICTURE": 96}.items():
+    for name, value in {"EXPONENTS": (5, 80), "TURNS": 5, "PIXELS": 60, "PICTURE": 96}.items():
         monkeypatch.setattr(mcguire_errors, name, value)
     mcguire_errors.errors.cache_clear()
     yield
