@@ -62,9 +62,8 @@ def _widths(cells: Rendered, scene: str, env: str) -> dict[str, dict]:
     one = {target: cells.cell(scene=scene, env=env, target=target) for target in ("direct", "discs-shadowed", "discs")}
     sets = cells.read(one["direct"], "regions")
     sets = np.asarray(sets if sets.ndim == 2 else sets[..., 0]).astype(int)
-    inside = ndimage.binary_dilation(_has(sets, "penumbra"), np.ones((3, 3))) & ~_has(
-        sets, "silhouette"
-    )  # as far as the operator
+    reached = ndimage.binary_dilation(_has(sets, "penumbra"), np.ones((3, 3)))  # by the operator
+    inside = reached & ~_has(sets, "silhouette")
     squared = {"image": _squared_gradient(cells.read(one["direct"], "image"), None)}
     for target, cell in one.items():
         squared[target] = _squared_gradient(cells.read(cell, "reference"), cells.read(cell, "standard_error"))

@@ -60,16 +60,17 @@ def _smooth(cube, r):
 
 
 @pytest.mark.parametrize(
-    ("box", "across", "verdict"),
+    ("box", "across", "truth", "verdict"),
     [
-        ("faces", "mean", HOLDS),
-        ("smooth", "mean", LIMITS),
-        ("turned", "mean", LIMITS),
-        ("faces", "faces", LIMITS),
-        ("smooth", "smooth", FAILS),
+        ("faces", "mean", "smooth", HOLDS),
+        ("smooth", "mean", "smooth", LIMITS),
+        ("turned", "mean", "smooth", LIMITS),
+        ("faces", "mean", "faces", LIMITS),  # walls along the axes: Mitsuba has the pattern too
+        ("faces", "faces", "smooth", LIMITS),
+        ("smooth", "smooth", "smooth", FAILS),
     ],
 )
-def test_faces_show_where_a_picture_keeps_to_six_values(run, monkeypatch, box, across, verdict):
+def test_faces_show_where_a_picture_keeps_to_six_values(run, monkeypatch, box, across, truth, verdict):
     monkeypatch.setattr(faces, "TURNS", 40)
     r, hit = _reflections()
     names = ("office", "cathedral", "sunsky", "sh2", "overcast")
@@ -81,11 +82,18 @@ def test_faces_show_where_a_picture_keeps_to_six_values(run, monkeypatch, box, a
             "smooth": _smooth(cube, r),
             "mean": np.broadcast_to(cube.levels[-1].mean((0, 1, 2)), r.shape),
         }
-        common = {"reference": _smooth(cube, r), "mask": np.repeat(hit[..., None] * 1.0, 3, -1)}
+        common = {"reference": made[truth], "mask": np.repeat(hit[..., None] * 1.0, 3, -1)}
         for technique, picture in ((faces.BOX, made[box]), (faces.ACROSS, made[across])):
             run.add(technique, pictures={"image": picture, **common}, parameters={"env": name})
     found = faces.show(run.rendered())
     assert found.verdict == verdict, found
+
+
+def test_a_slope_over_the_sphere_knows_no_faces():
+    """A function of degree 1 has as much variance between the faces of any cube."""
+    r, hit = _reflections()
+    slope = np.repeat((r @ np.array([0.2, 0.7, -0.4]))[..., None], 3, -1)
+    assert abs(faces._pattern(slope, hit)) < 0.02
 
 
 def test_hard_faces_show_more_than_blended_ones():
@@ -98,10 +106,12 @@ def test_hard_faces_show_more_than_blended_ones():
 
 def _timed(run, times):
     """times: technique → parameter value → ms a map."""
-    for env in range(5):
+    for env in range(6):
         for technique, by_exponent in times.items():
             for exponent, ms in by_exponent.items():
                 jitter = 1.0 + 0.02 * np.sin(3 * env + len(technique) + exponent)
+                if env == 0:  # programs are compiled, which is not to be counted
+                    jitter = 50.0 if technique == speed.PREFILTER and exponent == max(by_exponent) else 1.0
                 cost = {"gpu_ms": 1.0, "prepare_ms": ms * jitter - 1.0}
                 run.add(technique, parameters={"env": f"map {env}", "exponent": exponent}, cost=cost)
     return run.rendered()
@@ -167,13 +177,16 @@ def _border(width, size=64):
 @pytest.mark.parametrize(("width", "verdict"), [(14.0, HOLDS), (10.0, LIMITS), (7.0, FAILS), (30.0, LIMITS)])
 def test_softness_is_the_ratio_of_widths_freed_of_noise(run, width, verdict):
     rng, sigma = np.random.default_rng(0), 0.03
-    sets = np.full((64, 64, 1), 1 << ORDER.index("penumbra"), float)
+    sets = np.full((64, 64, 1), 1 << ORDER.index("penumbra"), int)
+    sets[:12] |= 1 << ORDER.index("silhouette")
     for scene in ("three-boxes", "column"):
         for target in ("direct", "discs-shadowed", "discs"):
             truth = _border(10.0 if target == "direct" else width)
             noisy = truth + sigma * rng.standard_normal(truth.shape)
+            seen = _border(width).copy()
+            seen[:10] += 5.0 * rng.standard_normal((10, 1, 1))  # another surface's edges are no shadow's
             run.add("shadow-wedges", target, scene=scene, parameters={"env": "cathedral"}, pictures={
-                "image": _border(width), "reference": noisy, "standard_error": np.full_like(truth, sigma), "regions": sets,
+                "image": seen, "reference": noisy, "standard_error": np.full_like(truth, sigma), "regions": sets,
             })  # fmt: skip
     found = softness.softer(run.rendered())
     assert found.verdict == verdict, found
