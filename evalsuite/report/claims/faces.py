@@ -40,7 +40,7 @@ def show(cells: Rendered) -> Finding:
         for name, (technique, picture) in names.items():
             cell = cells.cell(technique=technique, env=env)
             radiance, mask = cells.read(cell, picture).astype(np.float64), cells.read(cell, "mask").mean(-1) > 0.999
-            contrast[name].append(float(radiance[mask].std(0).mean() / radiance[mask].mean()))
+            contrast[name].append(float(radiance[mask].std(0).mean() / max(radiance[mask].mean(), 1e-30)))
             if name in pattern:
                 pattern[name].append(_pattern(radiance, mask))
         pattern["beyond truth"].append(pattern[BOX][-1] - pattern["truth"][-1])

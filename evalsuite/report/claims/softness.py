@@ -86,7 +86,10 @@ def _squared_gradient(picture: Float, standard_error: Float | None) -> Float:
 
 
 def _ratio(above_line: Float, below_line: Float, inside: NDArray[np.bool_]) -> dict[str, object]:
-    """Σ above / Σ below over the pixels inside, {"value", "ci95"}; an end is None where the denominator may be 0."""
+    """Σ above / Σ below over the pixels inside, {"value", "ci95"}; an end is None where the denominator may be 0, all are
+    where no pixel is inside."""
+    if not inside.any():
+        return {"value": None, "ci95": [None, None]}
     rows, columns = np.nonzero(inside)
     block = rows // BLOCK * inside.shape[1] + columns // BLOCK
     _, block = np.unique(block, return_inverse=True)

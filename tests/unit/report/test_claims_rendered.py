@@ -197,6 +197,15 @@ def test_softness_is_the_ratio_of_widths_freed_of_noise(run, width, verdict):
         assert wedges["value"] == pytest.approx(1.0, abs=0.12)
 
 
+def test_where_no_light_casts_a_shadow_softness_stays_open(run):
+    flat, sets = np.ones((16, 16, 3)), np.zeros((16, 16, 1))
+    for target in ("direct", "discs-shadowed", "discs"):
+        pictures = {"image": flat, "reference": flat, "standard_error": flat * 0.01, "regions": sets}
+        run.add("shadow-wedges", target, scene="column", parameters={"env": "overcast"}, pictures=pictures)
+    found = softness.softer(run.rendered())
+    assert found.verdict == LIMITS and found.numbers["width_over_truth"]["column in overcast"]["whole"]["value"] is None
+
+
 def test_noise_alone_is_no_border(run):
     """Were the reference's noise not taken off, a flat reference would seem sharp and any picture soft."""
     rng, flat = np.random.default_rng(1), np.ones((64, 64, 3))
