@@ -15,6 +15,8 @@ from evalsuite.report.figures import grids, light_filter, lights_found, shadow_r
 from evalsuite.report.figures.maps import Map, stand_ins
 from evalsuite.report.figures.rendered import Rendered
 from evalsuite.report.figures.taken_apart import YELLOW, TakenApart
+from evalsuite.scene.builtin import reports_directory
+from evalsuite.stand_ins import cells_of, named
 
 ROLES = ("galileo", "grace", "kitchen", "st-peters")
 
@@ -170,6 +172,16 @@ def test_both_scenes_stand_under_all_maps(cells):
         assert [p.caption.split("\N{NO-BREAK SPACE}")[0] for p in error] == [f"{1 + k + 4 * s}.00" for k in range(4)]
         assert {p.caption.split("\N{NO-BREAK SPACE}")[0] for p in theirs} == {"0.100"}
     assert "galileo for Galileo" in grid.note and grid.scale is not None
+
+
+def test_the_figures_share_their_cells():
+    planned = {}
+    for name in ("004-teaser", "004-table1", "004-fig3"):
+        made, replaced = cells_of(reports_directory() / "figures" / f"{name}.toml", {})
+        planned[name] = {cell.id for cell in made}
+        assert set(replaced.values()) == {one.environment for one in named(figures.FIGURES[name].maps, {})}
+    assert planned["004-teaser"] < planned["004-table1"] < planned["004-fig3"]
+    assert [len(ids) for ids in planned.values()] == [1, 8, 16]
 
 
 def test_maps_and_their_lights(cells):
