@@ -83,7 +83,7 @@ def draw(grid: Grid) -> Any:
     if grid.scale:
         _draw_scale(parts[1], grid.scale)
     if grid.note:
-        parts[-1].text(0.01, 0.95, _wrapped(grid.note, int(17 * grid.width)), fontsize=6.5, va="top", color="0.25")
+        parts[-1].text(0.01, 0.95, wrapped(grid.note, int(17 * grid.width)), fontsize=6.5, va="top", color="0.25")
     return figure
 
 
@@ -140,7 +140,7 @@ def _rgb(number: int) -> tuple[float, ...]:
     return tuple(c / 255 for c in CROPS[number % len(CROPS)])
 
 
-def _wrapped(text: str, width: int) -> str:
+def wrapped(text: str, width: int) -> str:
     import textwrap
 
     return "\n".join(textwrap.wrap(text, width))
@@ -151,7 +151,7 @@ def write(grid: Grid, place: Path) -> None:
     import figuregen
 
     latex = place.suffix == ".tex"
-    words = _latex if latex else html.escape
+    words = latex_words if latex else html.escape
     made = [_figuregen(block, words) for block in grid.blocks]
     rows = [[one] for one in made] if grid.stacked else [made]
     backend = figuregen.TikzBackend() if latex else figuregen.HtmlBackend(custom_head='<meta charset="utf-8">')
@@ -160,7 +160,7 @@ def write(grid: Grid, place: Path) -> None:
     if note:
         text = place.read_text(encoding="utf-8")
         if latex:
-            text = "".join(f"% {part}\n" for part in _wrapped(note, 100).splitlines()) + text
+            text = "".join(f"% {part}\n" for part in wrapped(note, 100).splitlines()) + text
         else:
             text = text.replace(
                 "</body>",
@@ -208,7 +208,7 @@ def _scale_words(scale: Scale | None) -> str:
     return f"Error maps: {scale.caption}, {scale.ticks[0][1]} blue to {scale.ticks[-1][1]} red." if scale else ""
 
 
-def _latex(text: str) -> str:
+def latex_words(text: str) -> str:
     # One pass, so that what is put in is not escaped again.
     table = {"\\": r"\textbackslash{}", "−": "$-$", "×": r"$\times$", "λ": r"$\lambda$", "…": r"\ldots{}", "°": r"$^\circ$",
              "²": r"\textsuperscript{2}", "¹": r"\textsuperscript{1}", "⁻": r"\textsuperscript{$-$}", "√": r"$\surd$",

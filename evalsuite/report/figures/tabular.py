@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from evalsuite.report.figures import style
-from evalsuite.report.figures.grids import _latex as latex_words
-from evalsuite.report.figures.grids import _wrapped as wrapped
+from evalsuite.report.figures.grids import latex_words, wrapped
 
 LOOK = """
 table { border-collapse: collapse; border-top: 2px solid; border-bottom: 2px solid; font: 10pt sans-serif }

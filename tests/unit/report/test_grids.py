@@ -42,7 +42,7 @@ def test_words_stay_words(grid, tmp_path):
     grids.write(grid, tmp_path / "a.tex")
     latex = (tmp_path / "a.tex").read_text("utf-8")
     assert r"f\_$\lambda$ = 0.1" in latex and r"12 \% [11 \ldots{} 13]" in latex and r"A \& B" in latex
-    assert grids._latex("a\\b^2~{x}") == r"a\textbackslash{}b\textasciicircum{}2\textasciitilde{}\{x\}"
+    assert grids.latex_words("a\\b^2~{x}") == r"a\textbackslash{}b\textasciicircum{}2\textasciitilde{}\{x\}"
 
 
 def test_crops_are_enlarged_and_marked():

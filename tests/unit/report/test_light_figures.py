@@ -147,7 +147,7 @@ def test_a_table_s_words_are_escaped(tmp_path):
     table = tabular.Table([("a & b", 2)], ["x_1", "<y>"], [["50 %", "£"]], "n")
     tabular.write(table, tmp_path / "t.tex")
     tabular.write(table, tmp_path / "t.html")
-    assert grids._latex("white: 1 W m⁻² sr⁻¹, 5 × 5 …").isascii()
+    assert grids.latex_words("white: 1 W m⁻² sr⁻¹, 5 × 5 …").isascii()
     latex, page = ((tmp_path / f"t.{kind}").read_text("utf-8") for kind in ("tex", "html"))
     assert r"a \& b" in latex and r"x\_1 & <y> \\" in latex and r"50 \%" in latex
     assert "a &amp; b" in page and "&lt;y&gt;" in page
