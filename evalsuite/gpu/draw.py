@@ -71,7 +71,9 @@ def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], s
     mean = total / len(passes)
     own = prepared[technique.id]
     shadow_ms = rounds * float(np.mean(before_ms[1:] or before_ms))
-    spread_ms = rounds * _half_width(np.add(before_ms, stage.pass_ms)[1:])
+    totals = np.add(before_ms, stage.pass_ms)[1:]
+    # The passes of a round may share what was drawn before them: then the rounds are what varies by itself.
+    spread_ms = rounds * _half_width([part.mean() for part in np.array_split(totals, rounds)] if rounds > 1 else totals)
     gpu_ms = own.frame_ms + shadow_ms + rounds * float(np.mean(stage.pass_ms[1:] or stage.pass_ms))
     return Drawing(
         image=mean[..., :3].astype(np.float32),
@@ -93,7 +95,7 @@ def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], s
     )
 
 
-def _half_width(values: np.ndarray) -> float:
+def _half_width(values: Sequence[float] | np.ndarray) -> float:
     """Of the 95 % interval of their mean, by Student's t; infinite for fewer than two."""
     return float(student.ppf(0.975, len(values) - 1) * np.std(values, ddof=1) / len(values) ** 0.5) if len(values) > 1 else inf
 

@@ -84,7 +84,7 @@ def draw(grid: Grid) -> Any:
     if grid.scale:
         _draw_scale(parts[1], grid.scale)
     if grid.note:
-        parts[-1].text(0.01, 0.95, _wrapped(grid.note, int(17 * grid.width)), fontsize=6.5, va="top", color="0.25")
+        parts[-1].text(0.01, 0.95, wrapped(grid.note, int(17 * grid.width)), fontsize=6.5, va="top", color="0.25")
     return figure
 
 
@@ -148,7 +148,7 @@ def _rgb(number: int) -> tuple[float, ...]:
     return tuple(c / 255 for c in CROPS[number % len(CROPS)])
 
 
-def _wrapped(text: str, width: int) -> str:
+def wrapped(text: str, width: int) -> str:
     import textwrap
 
     return "\n".join(textwrap.wrap(text, width))
@@ -168,7 +168,7 @@ def write(grid: Grid, place: Path) -> None:
     if note:
         text = place.read_text(encoding="utf-8")
         if latex:
-            text = "".join(f"% {part}\n" for part in _wrapped(note, 100).splitlines()) + text
+            text = "".join(f"% {part}\n" for part in wrapped(note, 100).splitlines()) + text
         else:
             text = text.replace(
                 "</body>",

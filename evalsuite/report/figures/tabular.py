@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from evalsuite.report.figures import style
-from evalsuite.report.figures.grids import _wrapped as wrapped
+from evalsuite.report.figures.grids import wrapped
 from evalsuite.report.latex import escape
 
 LOOK = """

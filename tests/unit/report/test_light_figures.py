@@ -16,6 +16,8 @@ from evalsuite.report.figures.maps import Map, stand_ins
 from evalsuite.report.figures.rendered import Rendered
 from evalsuite.report.figures.taken_apart import YELLOW, TakenApart
 from evalsuite.report.latex import escape
+from evalsuite.scene.builtin import reports_directory
+from evalsuite.stand_ins import cells_of, named
 
 ROLES = ("galileo", "grace", "kitchen", "st-peters")
 
@@ -104,14 +106,24 @@ def cells(tmp_path):
                 "metrics": {"rel_rmse": {"value": error, "ci95": [0.9 * error, 1.1 * error]}},
             })  # fmt: skip
     (tmp_path / "results.json").write_text(json.dumps({"host": {"gl_renderer": "llvmpipe X", "cpu": "a CPU"}, "cells": made}))
-    return Rendered(tmp_path, made, {"Galileo": "galileo"}), maps
+    sampled = [
+        c
+        | {
+            "id": f"{c['id']}/sampled",
+            "technique": "shadow-sampled",
+            "metrics": {"rel_rmse": {"value": 0.001, "ci95": [0, 0.002]}},
+        }
+        for c in made
+    ]
+    return Rendered(tmp_path, made, {"Galileo": "galileo"}), maps, sampled
 
 
 def test_the_table_has_the_cells_numbers(cells, tmp_path):
-    data = shadow_rates.data(*cells)
+    data = shadow_rates.data(*cells[:2])
     found = data["measured"]["rows"]
     assert [found[role]["lights"] for role in ROLES] == [3, 4, 5, 6]
-    assert found["grace"]["fps"]["three-boxes"] == {"value": 5.0, "ci95": [pytest.approx(1e3 / 220), pytest.approx(1e3 / 180)]}
+    rate = {"value": 5.0, "ci95": [pytest.approx(1e3 / 220), pytest.approx(1e3 / 180)], "timing": True}
+    assert found["grace"]["fps"]["three-boxes"] == rate
     assert found["grace"]["fps"]["column"]["value"] == pytest.approx(1e3 / 600)
     assert [found[role]["stated"]["lights"] for role in ROLES] == [8, 10, 4, 17]
     table = shadow_rates.draw(data)
@@ -123,7 +135,7 @@ def test_the_table_has_the_cells_numbers(cells, tmp_path):
 
 def test_a_table_is_the_same_as_latex_html_and_picture(cells, tmp_path):
     figure = figures.FIGURES["004-table1"]
-    paths, _ = figures.make(figure, tmp_path / "out", *cells)
+    paths, _ = figures.make(figure, tmp_path / "out", *cells[:2])
     names = {path.name for path in paths}
     assert names == {f"004-table1.{kind}" for kind in ("png", "pdf", "json", "html", "tex")} and all(p.is_file() for p in paths)
     page, latex = (
@@ -146,22 +158,36 @@ def test_a_table_s_words_are_escaped(tmp_path):
 
 
 def test_both_scenes_stand_under_all_maps(cells):
-    grid = shadow_scenes.draw(shadow_scenes.data(*cells))
+    rendered, maps, sampled = cells
+    data = shadow_scenes.data(Rendered(rendered.directory, [*sampled, *rendered.cells], rendered.stand_ins), maps)
+    assert data["measured"]["sampled_fps"]["column"]["galileo"]["value"] == pytest.approx(2.0)
+    grid = shadow_scenes.draw(data)
     assert [block.title for block in grid.blocks] == [shadow_scenes.TITLES[s] for s in shadow_rates.SCENES]
     for s, block in enumerate(grid.blocks):
-        assert (
-            block.names == ["real time", "Mitsuba 3", "error, relative RMSE"]
-            and block.columns[0] == f"Galileo: {cells[1][0].environment}"
-        )
-        ours, truth, error = block.rows
+        assert block.names == ["real time", "1024 shadow maps", "Mitsuba 3", "error of real time"]
+        assert block.columns[0] == maps[0].title and len(block.columns) == 4
+        ours, theirs, truth, error = block.rows
         assert [p.pixels[0, 0, 0] for p in ours] == sorted(p.pixels[0, 0, 0] for p in ours)
-        assert all(a.pixels[0, 0, 0] < b.pixels[0, 0, 0] for a, b in zip(ours, truth, strict=True))
-        assert [p.caption.split()[0] for p in error] == [f"{1 + k + 4 * s}.00\N{NO-BREAK SPACE}%".split()[0] for k in range(4)]
+        # One exposure a column: what is darker than the truth stays so, and the truth is just below white.
+        assert all(a.pixels[0, 0, 0] < b.pixels[0, 0, 0] == 243 for a, b in zip(ours, truth, strict=True))
+        assert truth[1].caption == f"white: {0.4 / 0.9:.3g} W m⁻² sr⁻¹"
+        assert [p.caption.split("\N{NO-BREAK SPACE}")[0] for p in error] == [f"{1 + k + 4 * s}.00" for k in range(4)]
+        assert {p.caption.split("\N{NO-BREAK SPACE}")[0] for p in theirs} == {"0.100"}
     assert "galileo for Galileo" in grid.note and grid.scale is not None
 
 
+def test_the_figures_share_their_cells():
+    planned = {}
+    for name in ("004-teaser", "004-table1", "004-fig3"):
+        made, replaced = cells_of(reports_directory() / "figures" / f"{name}.toml", {})
+        planned[name] = {cell.id for cell in made}
+        assert set(replaced.values()) == {one.environment for one in named(figures.FIGURES[name].maps, {})}
+    assert planned["004-teaser"] < planned["004-table1"] < planned["004-fig3"]
+    assert [len(ids) for ids in planned.values()] == [1, 8, 16]
+
+
 def test_maps_and_their_lights(cells):
-    _, maps = cells
+    maps = cells[1]
     data = lights_found.data(maps)
     assert [len(one["lights"]) for one in data["measured"]["maps"].values()] == [0, 1, 2, 3]
     assert data["measured"]["stand_ins"] == {"Galileo": maps[0].environment}
@@ -172,7 +198,7 @@ def test_maps_and_their_lights(cells):
 
 
 def test_the_teaser_is_of_its_map(cells):
-    rendered, maps = cells
+    rendered, maps, _ = cells
     one = Rendered(rendered.directory, [rendered.cells[2]], {})
     data = shadow_teaser.data(one, [maps[2]])
     assert data["measured"]["lights"] == len(decompose(maps[2].radiance()).lights) == 2
