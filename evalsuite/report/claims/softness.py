@@ -15,7 +15,7 @@ from scipy import ndimage
 
 from evalsuite.compare.regions import ORDER
 from evalsuite.report.claims.intervals import above, below
-from evalsuite.report.claims.verdict import FAILS, HOLDS, LIMITS, Finding
+from evalsuite.report.claims.verdict import FAILS, HOLDS, LIMITS, UNTESTED, Finding
 from evalsuite.report.figures.rendered import Rendered
 from evalsuite.report.numbers import measured
 
@@ -42,6 +42,8 @@ def softer(cells: Rendered) -> Finding:
     lights, which alone cast shadows with borders. Brackets: bootstrap over blocks of 8 × 8 pixels."""
     found = {f"{scene} in {env}": _widths(cells, scene, env) for scene in cells.values("scene") for env in cells.values("env")}
     whole = {name: of[WHOLE] for name, of in found.items()}
+    if all(metric["value"] is None for metric in whole.values()):
+        return Finding(UNTESTED, "", "no light found in these maps casts a shadow with a border here")
     text = "times as wide: " + ", ".join(f"{measured(metric)} ({name})" for name, metric in whole.items())
     text += "; by " + ", ".join(f"{step} {_ends(of[step]['value'] for of in found.values())}" for step in STEPS)
     wider, narrower = ([name for name, m in whole.items() if test(m, 1.0)] for test in (above, below))

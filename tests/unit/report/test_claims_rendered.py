@@ -197,13 +197,12 @@ def test_softness_is_the_ratio_of_widths_freed_of_noise(run, width, verdict):
         assert wedges["value"] == pytest.approx(1.0, abs=0.12)
 
 
-def test_where_no_light_casts_a_shadow_softness_stays_open(run):
+def test_where_no_light_casts_a_shadow_softness_is_not_judged(run):
     flat, sets = np.ones((16, 16, 3)), np.zeros((16, 16, 1))
     for target in ("direct", "discs-shadowed", "discs"):
         pictures = {"image": flat, "reference": flat, "standard_error": flat * 0.01, "regions": sets}
         run.add("shadow-wedges", target, scene="column", parameters={"env": "overcast"}, pictures=pictures)
-    found = softness.softer(run.rendered())
-    assert found.verdict == LIMITS and found.numbers["width_over_truth"]["column in overcast"]["whole"]["value"] is None
+    assert softness.softer(run.rendered()).verdict == UNTESTED
 
 
 def test_noise_alone_is_no_border(run):
