@@ -102,7 +102,7 @@ def claims(
     ] = None,
     quality: Quality = None,
     target_error: TargetError = None,
-    size: Size = "128x128",
+    size: Annotated[str, typer.Option(metavar="WxH", help="Size of all pictures [pixels].")] = "128x128",
     out_dir: Annotated[Path, typer.Option("--out", help="Folder for claims.html, claims.json and the cells behind them.")] = Path(
         "reports/build/claims"
     ),
