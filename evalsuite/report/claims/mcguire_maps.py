@@ -16,7 +16,9 @@ Float = NDArray[np.float64]
 
 LOBES = {"h, albedo 1": "lobe about h", "r": "lobe about r"}
 #: Why places differ.
-WIDTHS = "texels are a third as large at corners, which suits the narrower lobe about r, and centres the wider about h"
+WIDTHS = (
+    "texels are smaller at corners, which suits the narrower lobe about r, and larger at centres, which suits the one about h"
+)
 
 
 def centres_corners() -> Finding:

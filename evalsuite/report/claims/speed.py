@@ -51,7 +51,7 @@ def single_pass(cells: Rendered) -> Finding:
 def frame_rates(cells: Rendered) -> Finding:
     """Time of a frame with both paraboloids filtered anew, on the sphere under six maps: what twice the exponent adds, by the
     slope over log₂ N, and N = 500 over N = 10. Brackets: over the maps, timed on this machine."""
-    maps, exponents = cells.values("env")[1:], cells.values("exponent")  # the first map compiles the programs
+    maps, exponents = cells.values("env")[1:], sorted(cells.values("exponent"))  # the first map compiles the programs
     times = np.array([[frame_ms(cells.cell(env=env, exponent=n)) for n in exponents] for env in maps])
     slope = mean(np.polyfit(np.log2(exponents), row, 1)[0] for row in times)
     ratio = geometric(times[:, -1] / times[:, 0])

@@ -129,7 +129,7 @@ def test_the_faster_pass_by_times_counted_for_every_frame(run, monkeypatch, slow
 
 @pytest.mark.parametrize(("growth", "verdict"), [(0.3, HOLDS), (0.0, LIMITS), (-0.3, FAILS)])
 def test_narrower_lobes_cost_more_or_not(run, growth, verdict):
-    cells = _timed(run, {speed.PREFILTER: {n: 100.0 * n**growth for n in speed.RATES}})
+    cells = _timed(run, {speed.PREFILTER: {n: 100.0 * n**growth for n in (100, 500, 10, 250, 50)}})
     found = speed.frame_rates(cells)
     assert found.verdict == verdict, found
     assert found.numbers["last_over_first"]["value"] == pytest.approx(50**growth, rel=0.1)
