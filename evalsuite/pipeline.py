@@ -25,7 +25,7 @@ from evalsuite.ledger import LIFTED, truths
 from evalsuite.lights.model import DecompositionSettings
 from evalsuite.plan import NEAR_FIELD, Cell, usual_cap
 from evalsuite.scene import builtin
-from evalsuite.scene.model import OWN, SUBJECT, Scene, SceneSource
+from evalsuite.scene.model import OWN, SUBJECT, Scene, SceneSource, own_name
 from evalsuite.steps import Progress, Settings, Steps
 from evalsuite.store.cache import digest, source_digest
 
@@ -54,7 +54,7 @@ class Run(Steps):
             target = technique.target_bsdf(parameters)
             own = outline.materials[ids.index(name)].textures
             # A bitmap of the scene's stays unless the cell states another value.
-            bound[name] = target | {key: OWN for key in target if key in own and key not in cell.parameters}
+            bound[name] = target | {key: OWN for key in target if own_name(key, own) and key not in cell.parameters}
         return bound
 
     def bound_source(self, cell: Cell, technique: Technique, plain: SceneSource) -> tuple[SceneSource, dict]:

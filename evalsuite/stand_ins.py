@@ -26,6 +26,7 @@ MAPS: Mapping[str, Role] = {
     "galileo": Role("Galileo's tomb", "chapel"),
     "kitchen": Role("the kitchen", "office"),
     "st-peters": Role("St Peter's", "basilica"),
+    "cafe": Role("the café", "office"),
 }
 #: Objects; stand-ins are scenes.
 MESHES: Mapping[str, Role] = {
@@ -58,9 +59,12 @@ def named(roles: Sequence[str], own: Mapping[str, Path]) -> list[Map]:
     return [Map(role, MAPS[role].called, str(own.get(role, MAPS[role].stand_in)), role not in own) for role in roles]
 
 
-def cells_of(definition: Path, maps: Mapping[str, Path]) -> tuple[list[Cell], dict[str, str]]:
+def cells_of(
+    definition: Path, maps: Mapping[str, Path], scenes: Mapping[str, Path] | None = None
+) -> tuple[list[Cell], dict[str, str]]:
     """The cells that a report's TOML file asks for, roles among its scenes and environments replaced, and what stands in for what
-    in them: {"the Uffizi gallery": "office"}. maps: the papers' own, role → file, as far as given. Raises EvalsuiteError."""
+    in them: {"the Uffizi gallery": "office"}. maps: the papers' own, role → file, as far as given; scenes: the same of scenes
+    with their meshes. Raises EvalsuiteError."""
     report = load_report(str(definition))
     stand_ins: dict[str, str] = {}
 
@@ -75,7 +79,7 @@ def cells_of(definition: Path, maps: Mapping[str, Path]) -> tuple[list[Cell], di
     groups = tuple(
         replace(
             group,
-            scenes=tuple(put(name, MESHES, {}) for name in group.scenes),
+            scenes=tuple(put(name, MESHES, scenes or {}) for name in group.scenes),
             environments=tuple(put(name, MAPS, maps) for name in group.environments),
         )
         for group in report.groups

@@ -35,12 +35,22 @@ def figures(
         list[str] | None,
         typer.Option(metavar="NAME=FILE", help="A paper's own map, as uffizi=FILE, instead of a stand-in. Repeatable."),
     ] = None,
+    mesh: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=FILE", help="A paper's own mesh, as bunny=FILE, y up. Repeatable.")
+    ] = None,
+    verify: Annotated[
+        bool,
+        typer.Option(
+            "--verify",
+            help="Make the figures of the folder's lock again, else of the shipped one; say what moved.",
+        ),
+    ] = False,
     quality: Quality = None,
     target_error: TargetError = None,
     size: Size = None,
-    out_dir: Annotated[Path, typer.Option("--out", help="Folder for ID.png, .pdf, .html, .json and latex/ID.")] = Path(
-        "reports/build/figures"
-    ),
+    out_dir: Annotated[
+        Path, typer.Option("--out", help="Folder for index.html, ID.png, .pdf, .html, .json and latex/ID.")
+    ] = Path("reports/build/figures"),
     jobs: Jobs = None,
     no_cache: NoCache = False,
     as_json: Json = False,
@@ -50,15 +60,36 @@ def figures(
     from evalsuite import stand_ins
     from evalsuite.pipeline import Settings
 
+    if verify:
+        _verify(commands.verify(ids or [], commands.lock_of(out_dir), jobs=jobs, read_cache=not no_cache, console=err), as_json)
+        return
     error, cap = error_of(quality, target_error)
-    maps = stand_ins.given("--env", env or (), stand_ins.MAPS)
+    maps, meshes = stand_ins.given("--env", env or (), stand_ins.MAPS), stand_ins.given("--mesh", mesh or (), stand_ins.MESHES)
     settings = Settings(error, cap, size_of(size), 0, False, ledger=False)
-    made = commands.make(ids or [], out_dir, maps, settings, jobs=jobs, read_cache=not no_cache, console=err)
+    made = commands.make(ids or [], out_dir, maps, meshes, settings, jobs=jobs, read_cache=not no_cache, console=err)
     if as_json:
         print_json([numbers for _, numbers in made])
         return
     for paths, _ in made:
         print(*paths, sep="\n")
+    print((out_dir / "index.html").resolve())
+
+
+def _verify(checks: list[dict], as_json: bool) -> None:
+    """Print what came of each figure made again. Exits with 1 where one no longer reproduces."""
+    from evalsuite.report.figures import lock
+
+    if as_json:
+        print_json(checks)
+    else:
+        words = {
+            one["id"]: "; ".join(one["changes"] or [f"other pictures: {len(one['results'])}"] * bool(one["results"]))
+            for one in checks
+        }
+        print_table([{"figure": one["id"], "": one["verdict"], "what moved": words[one["id"]]} for one in checks],
+                    ["figure", "", "what moved"])  # fmt: skip
+    if any(one["verdict"] == lock.MOVED for one in checks):
+        raise typer.Exit(1)
 
 
 @app.command()
@@ -69,18 +100,34 @@ def claims(
     env: Annotated[
         list[str] | None, typer.Option(metavar="NAME=FILE", help="A paper's own map, as grace=FILE. Repeatable.")
     ] = None,
-    out_dir: Annotated[Path, typer.Option("--out", help="Folder for claims.html and claims.json.")] = Path(
+    quality: Quality = None,
+    target_error: TargetError = None,
+    size: Size = "128x128",
+    out_dir: Annotated[Path, typer.Option("--out", help="Folder for claims.html, claims.json and the cells behind them.")] = Path(
         "reports/build/claims"
     ),
+    jobs: Jobs = None,
+    no_cache: NoCache = False,
     as_json: Json = False,
 ) -> None:
     """Check the papers' statements: what each says, what is measured, whether it holds."""
     from evalsuite import commands_claims as commands
     from evalsuite import stand_ins
+    from evalsuite.pipeline import Settings
 
+    error, cap = error_of(quality, target_error)
     maps = stand_ins.given("--env", env or (), stand_ins.MAPS)
-    with err.status("measuring") as status:
-        found = commands.check(ids or [], out_dir, maps, status.update)
+    settings = Settings(error, cap, size_of(size), 0, False, ledger=False)
+    status = err.status("measuring")
+
+    def step(text: str) -> None:  # not before the run, which has a display of its own
+        status.update(text)
+        status.start()
+
+    try:
+        found = commands.check(ids or [], out_dir, maps, settings, step, jobs=jobs, read_cache=not no_cache, console=err)
+    finally:
+        status.stop()
     if as_json:
         print_json(found)
     else:

@@ -94,9 +94,11 @@ def planes(cells: Iterable[Mapping]) -> list[Plane]:
     for cell in cells:
         if (cell.get("metrics") or {}).get(METRIC, {}).get("value") is not None:
             others = tuple((k, str(v)) for k, v in (cell.get("parameters") or {}).items() if not _is_axis(cell, k))
-            runs.setdefault((cell["scene"], cell["target"], cell["technique"], others), []).append(cell)
+            # What states other numbers is another sweep: it has no place on this one's axes.
+            stated = frozenset(coordinates(cell))
+            runs.setdefault((cell["scene"], cell["target"], cell["technique"], others, stated), []).append(cell)
     shared: dict[tuple, list[tuple[tuple, list[Mapping], list[str]]]] = {}
-    for (scene, target, technique, others), members in runs.items():
+    for (scene, target, technique, others, _), members in runs.items():
         swept = _swept(members)
         if len(swept) >= 2:
             x, y, *rest = swept

@@ -46,6 +46,7 @@ def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], s
             prepared[one.id] = one.prepare(env, settings[one.id], scene)
 
     draws = [_material_draws(scene, i, bindings, settings, prepared, supersample) for i in range(len(scene.materials))]
+    scored = [float(i in bindings and bindings[i].scored) for i in range(len(scene.materials))]
     stage, sky = Stage(scene), background_draw(env.latlong, env.uniforms)
     width, height = scene.camera.size
     total, variance = np.zeros((height, width, 4)), np.zeros((height, width, 3))
@@ -62,6 +63,7 @@ def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], s
             draws = _with(draws, inputs)
         before_ms.append(sum(inputs.ms for inputs in before))
         stage.run(subsample, draws, sky)
+        stage.mark(subsample, scored)
         total += stage.read(0)
         if technique.random:
             variance += stage.read(1)[..., :3]
@@ -129,7 +131,6 @@ def _material_draws(
         **map_uniforms,
         "map_bias": -log2(supersample),
         "two_sided": material.two_sided,
-        "scored": float(binding.scored),
     }
     common = {**one.defines(own), **prepared[one.id].defines, **map_defines, **({"WITH_VARIANCE": 1} if one.random else {})}
     programs_of_layers = [

@@ -59,6 +59,7 @@ class Stage:
             [gl.texture((width, height), 4, dtype="f4") for _ in range(2)], gl.depth_renderbuffer((width, height))
         )
         self._depth = Draw(programs.program((programs.part("surface.vert"),), (programs.part("depth.frag"),)))
+        self._mark = Draw(programs.program((programs.part("surface.vert"),), (programs.part("mark.frag"),)))
         self._arrays: dict[tuple[int, int], moderngl.VertexArray] = {}
         self.pass_ms: list[float] = []
         context.check_errors("setting up the framebuffer")
@@ -118,6 +119,16 @@ class Stage:
         if key not in self._arrays:
             self._arrays[key] = context.get().vertex_array(draw.program, [])
         self._arrays[key].render(moderngl.TRIANGLES, vertices=3)
+
+    def mark(self, subsample: tuple[float, float], scored: Sequence[float]) -> None:
+        """After `run`: alpha of each visible surface, by the index of its material, also where a technique discards."""
+        values = {"world_to_clip": self.clip(subsample), "camera_position": camera.position(self.scene.camera)}
+        self._target.color_mask = ((False, False, False, True), (False,) * 4)
+        for index, (material, *_) in enumerate(self._meshes):
+            programs.set_uniforms(self._mark.program, {**values, "scored": scored[material]})
+            self._vertex_array(index, self._mark.program).render()
+        self._target.color_mask = ((True,) * 4,) * 2
+        context.check_errors("marking what is scored")
 
     def run_background(self, subsample: tuple[float, float], background: Draw) -> None:
         """The environment along every view ray, no meshes."""

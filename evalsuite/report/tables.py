@@ -5,11 +5,11 @@ from __future__ import annotations
 import csv
 import io
 import re
-import unicodedata
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from evalsuite.image.files import replacing
+from evalsuite.report import latex
 from evalsuite.report.numbers import estimate, number
 
 #: Columns of the tables to paste: (metric, head, unit).
@@ -17,16 +17,6 @@ SHOWN = (("rel_rmse", "rel. RMSE", "%"), ("rel_bias", "rel. bias", "%"), ("flip"
 COSTS = ("gpu_ms", "shadow_ms", "acquire_ms", "prepare_ms", "reference_s", "reference_spp", "cached", "wall_s")
 #: What spreadsheets take for a formula at the beginning of a field, or of what they split off.
 _FORMULA = re.compile(r"(^|[;\t\r\n])(?=\s*[=+\-@＝＋－＠])")
-_TEX = {
-    "\\": r"\textbackslash{}", "{": r"\{", "}": r"\}", "$": r"\$", "&": r"\&", "#": r"\#", "_": r"\_", "%": r"\%",
-    "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "<": r"\textless{}", ">": r"\textgreater{}", "|": r"\textbar{}",
-    '"': "{''}", "−": "$-$", "≈": r"$\approx$", "∞": r"$\infty$", "—": "---", "–": "--", "…": r"\ldots{}",
-    "×": r"$\times$", "·": r"$\cdot$", "°": r"$^\circ$", "²": "$^2$", "³": "$^3$", "½": r"$\frac12$", "±": r"$\pm$",
-    "µ": r"$\mu$", "`": r"\textasciigrave{}", "'": r"\textquotesingle{}",
-} | {chr(code): f"$\\{name}$" for code, name in zip(
-    (*range(0x3B1, 0x3BF), *range(0x3C0, 0x3C2), *range(0x3C3, 0x3CA)),
-    "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi omega".split(),
-    strict=True)}  # fmt: skip
 
 
 def write(results: Mapping, directory: Path) -> None:
@@ -144,10 +134,4 @@ def _markdown(text: str) -> str:
 
 
 def _latex(text: str) -> str:
-    return "".join(_TEX.get(c) or (c if _typeset(c) else rf"\texttt{{U+{ord(c):04X}}}") for c in " ".join(text.split()))
-
-
-def _typeset(character: str) -> bool:
-    """Whether LaTeX's own fonts have it: ASCII, and Latin letters with an accent."""
-    accented = character < "ſ" and len(unicodedata.decomposition(character).split()) == 2
-    return accented or (character.isascii() and character.isprintable())
+    return latex.escape(" ".join(text.split()))

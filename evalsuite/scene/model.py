@@ -6,7 +6,7 @@ image's left; images are (H, W, 3), row 0 at the top, linear Rec.709; `to_view` 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -37,6 +37,14 @@ DRAWABLE: Mapping[str, tuple[str, ...]] = {
 
 #: A binding's value for a parameter that keeps what the scene's own BSDF has there (a bitmap, say).
 OWN = "<own>"
+#: Names of one quantity: a `diffuse`'s albedo is the `diffuse_reflectance` of a BSDF with another lobe besides.
+ALBEDO = ("reflectance", "diffuse_reflectance")
+
+
+def own_name(key: str, has: Container[str]) -> str | None:
+    """What a scene's own BSDF, which has these parameters, calls the parameter `key`; None where it has none such."""
+    names = (key, *(ALBEDO if key in ALBEDO else ()))
+    return next((name for name in names if name in has), None)
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from evalsuite.image.exr import read_parts
 from evalsuite.image.inspect import check_picture, is_exr
 from evalsuite.scene.dependencies import is_file
 from evalsuite.scene.mesh_files import mesh_problem
-from evalsuite.scene.model import OWN, SceneSource
+from evalsuite.scene.model import OWN, SceneSource, own_name
 
 _PLACE = re.compile(r"(?:At|While loading|Error while loading) (?P<place>[^\n]+? \(line \d+, col \d+\)): ?(?P<what>.*)", re.S)
 _XML_FILE = re.compile(r'(?:Parsing of XML file|Error while loading XML file) "(?P<place>.+?)"(?: failed)?: (?P<what>.*)', re.S)
@@ -153,7 +153,11 @@ class ParsedScene:
                         self.remove_child(index, other)
                 index = self.innermost(index)
             props = self.nodes[index].props
-            kept = {key for key, value in plugin.items() if value == OWN}
+            owned = {key: own_name(key, props.keys()) for key, value in plugin.items() if value == OWN}
+            kept = set(owned)
+            for key, own in owned.items():
+                if own and own != key:
+                    self._rename(index, own, key)
             for key in set(props.keys()) - kept:
                 del props[key]
             props.set_plugin_name(plugin["type"])
@@ -163,6 +167,15 @@ class ParsedScene:
             self._plugins[index] = plugin["type"]
             self._properties[index] = {k: v for k, v in self._properties[index].items() if k in kept} | values
             self._links[index] = {k: i for k, i in self._links[index].items() if k in kept}
+
+    def _rename(self, index: int, old: str, new: str) -> None:
+        """A property, plain or a child, under another name."""
+        props = self.nodes[index].props
+        props[new] = props[old]
+        del props[old]
+        for known in (self._properties[index], self._links[index]):
+            if old in known:
+                known[new] = known.pop(old)
 
     def _plain(self, name: str, key: str, value: object) -> object:
         if isinstance(value, bool | str):

@@ -38,20 +38,50 @@ def test_a_figure_of_rendered_cells(evalsuite, tmp_path):
     assert done.code == 0, done.err
     (numbers,) = json.loads(done.out)
     assert numbers["stand_ins"] == {"the bunny": "organic", "the Uffizi gallery": "office"}
-    phong, box = numbers["cells"].values()
-    assert phong["rel_rmse"]["value"] < 0.2 < box["rel_rmse"]["value"], "N = 225 is not b = 2.25 on such a curved thing"
+    phong, box, best = (one["rel_rmse"] for one in numbers["cells"].values())
+    assert phong["value"] < 0.2 < box["value"], "N = 225 is not b = 2.25 on such a curved thing"
+    assert best["ci95"][1] < box["ci95"][0], "the bias that the search finds is nearer"
     results = json.loads((tmp_path / "stand-in" / "cells" / "results.json").read_text("utf-8"))
     assert set(numbers["cells"]) == {cell["id"] for cell in results["cells"]}
     page = (tmp_path / "stand-in" / "000-fig5.html").read_text("utf-8")
-    assert page.count("data:image/png") == 6 and "organic for the bunny" in page and "b = 2.25, N = 225" in page
+    assert page.count("data:image/png") == 9 and "organic for the bunny" in page and "N = 225, b = 2.25" in page
     latex = tmp_path / "stand-in" / "latex" / "000-fig5"
-    assert len(list(latex.glob("*.png"))) == 6 and r"\begin{tikzpicture}" in (latex / "000-fig5.tex").read_text("utf-8")
+    assert len(list(latex.glob("*.png"))) == 9 and r"\begin{tikzpicture}" in (latex / "000-fig5.tex").read_text("utf-8")
 
     done = evalsuite(*asked, "--env", f"uffizi={scenes_directory() / 'envmaps' / 'overcast.exr'}", "--out", tmp_path / "own")
     (numbers,) = json.loads(done.out)
     assert numbers["stand_ins"] == {"the bunny": "organic"} and all("overcast.exr" in name for name in numbers["cells"])
     done = evalsuite(*asked, "--env", "ufizi=a.exr", "--out", tmp_path / "none")
     assert done.code == 2 and done.err.count("\n") == 1 and "uffizi" in done.err and not (tmp_path / "none").exists()
+
+
+def test_a_mesh_of_ones_own_and_whether_it_comes_out_again(evalsuite, tmp_path):
+    """The lock of a figure with the user's mesh; made again it reproduces; with another number in the lock it does not."""
+    asked = ("figures", "000-fig4", "--size", "32x32", "--target-error", "0.1")
+    mesh = scenes_directory() / "meshes" / "sphere72.ply"
+    done = evalsuite(*asked, "--mesh", f"bunny={mesh}", "--out", tmp_path, "--json")
+    assert done.code == 0, done.err
+    (numbers,) = json.loads(done.out)
+    assert numbers["stand_ins"] == {"the Uffizi gallery": "office"} and all(
+        name.startswith("bunny/") for name in numbers["cells"]
+    )
+    page = (tmp_path / "index.html").read_text("utf-8")
+    assert 'id="000-fig4"' in page and "office for the Uffizi gallery" in page and 'href="latex/000-fig4/000-fig4.tex"' in page
+
+    again = evalsuite("figures", "--verify", "--out", tmp_path, "--json")
+    assert again.code == 0, again.err
+    assert [(one["id"], one["verdict"]) for one in json.loads(again.out)] == [("000-fig4", "reproduces")]
+    lock = tmp_path / "figures.lock.json"
+    locked = json.loads(lock.read_text("utf-8"))
+    row = next(row for name, row in locked["figures"]["000-fig4"]["numbers"].items() if name.endswith("rel_rmse"))
+    row["value"], row["ci95"] = 2 * row["value"], [2 * end for end in row["ci95"]]
+    lock.write_text(json.dumps(locked))
+    moved = evalsuite("figures", "--verify", "--out", tmp_path)
+    assert moved.code == 1 and "no longer reproduces" in moved.out and "rel_rmse" in moved.out
+    for words in (("figures", "--verify", "002-fig3", "--out", tmp_path), ("figures", "--verify", "--out", tmp_path / "none"),
+                  (*asked, "--mesh", f"hare={mesh}"), (*asked, "--mesh", "bunny=gone.ply")):  # fmt: skip
+        done = evalsuite(*words)
+        assert done.code == 2 and done.err.count("\n") == 1, done.err
 
 
 def test_area_lights_under_four_maps(evalsuite, tmp_path):
@@ -88,7 +118,9 @@ def test_one_figure_as_json(evalsuite, tmp_path):
     done = evalsuite("figures", "002-fig3", "--out", tmp_path, "--json")
     (numbers,) = json.loads(done.out)
     assert abs(numbers["ratio_centre_to_rim"] - 4) < 0.03
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["002-fig3.json", "002-fig3.pdf", "002-fig3.png"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "002-fig3.json", "002-fig3.pdf", "002-fig3.png", "figures.lock.json", "index.html", "static",
+    ]  # fmt: skip
 
 
 def test_an_unknown_figure_is_one_line_on_stderr(evalsuite, tmp_path):

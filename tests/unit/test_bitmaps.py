@@ -12,7 +12,7 @@ from evalsuite.errors import EvalsuiteError
 from evalsuite.gpu import draw
 from evalsuite.gpu.techniques import user_shader
 from evalsuite.reference import render
-from evalsuite.scene.model import SceneSource
+from evalsuite.scene.model import OWN, SceneSource, own_name
 
 SIZE = 192
 SCENE = """<scene version="3.0.0">
@@ -107,6 +107,22 @@ def test_the_shader_sees_what_mitsuba_evaluates(tmp_path, shape, more):
             name,
             np.percentile(difference, [50, 90, 99, 100]),
         )
+
+
+def test_another_lobe_keeps_the_bitmap_as_its_diffuse_part(tmp_path):
+    """Both renderers, and what a cell binds: the scene's `reflectance` is the `diffuse_reflectance` of a Blinn-Phong BSDF."""
+    path = write_scene(tmp_path, "cube")
+    bound = {"type": "blinnphong", "exponent": 20.0, "specular_reflectance": (0.3, 0.3, 0.3), "diffuse_reflectance": OWN}
+    plain, glossy = (render.load_cached(SceneSource(path, bindings=b)) for b in ({}, {"subject": bound}))
+    before, after = plain.scene.materials[0], glossy.scene.materials[0]
+    assert after.plugin == "blinnphong" and list(after.textures) == ["diffuse_reflectance"]
+    np.testing.assert_array_equal(after.textures["diffuse_reflectance"].texels, before.textures["reflectance"].texels)
+    assert "albedo.png" in str(glossy.bsdfs[0])
+    shader = tmp_path / "albedo.glsl"
+    shader.write_text(SHADERS["albedo"])
+    pictures = [draw.draw(one.scene, user_shader.load(shader), {}, supersample=1).image for one in (plain, glossy)]
+    np.testing.assert_array_equal(*pictures)
+    assert own_name("diffuse_reflectance", {"reflectance"}) == "reflectance" and own_name("exponent", {"reflectance"}) is None
 
 
 def test_nearest_texels(tmp_path):

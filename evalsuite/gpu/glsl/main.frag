@@ -1,4 +1,4 @@
-// Calls the technique's shade() once a pixel. Alpha is 1 where the technique itself stands for the material.
+// Calls the technique's shade() once a pixel. Alpha is `mark.frag`'s.
 in vec3 v_position;
 in vec3 v_normal;
 in vec2 v_uv;
@@ -6,7 +6,6 @@ in vec2 v_uv;
 in vec3 v_vertex_value;
 #endif
 uniform bool two_sided;
-uniform float scored;
 layout(location = 0) out vec4 out_radiance;
 layout(location = 1) out vec4 out_variance;
 
@@ -29,7 +28,7 @@ void main() {
     // One-sided materials are black from behind. At a silhouette a smooth normal can point away from the viewer on a
     // triangle that faces him: Mitsuba is black there, an engine shades on, and so do we.
     bool seen = two_sided || gl_FrontFacing || facing > 0.0;
-    out_radiance = vec4(seen ? radiance : vec3(0.0), scored);
+    out_radiance = vec4(seen ? radiance : vec3(0.0), 1.0);
 #ifdef WITH_VARIANCE
     out_variance = vec4(seen ? shade_variance : vec3(0.0), 0.0);
 #else

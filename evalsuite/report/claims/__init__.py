@@ -7,13 +7,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from evalsuite.errors import unknown
+from evalsuite.errors import EvalsuiteError, unknown
+from evalsuite.report.claims.verdict import UNTESTED, Finding
+from evalsuite.report.figures.rendered import Rendered
 
 
 @dataclass(frozen=True)
 class Claim:
     """id: <paper>-<what>. where: in the paper. says: in our words. measure: module:function here, which returns a
-    `verdict.Finding`. figure: id of the figure that shows it. maps: whether it takes the papers' own maps, as far as given."""
+    `verdict.Finding`. figure: id of the figure that shows it. maps: whether it takes the papers' own maps, as far as given.
+    rendered: whether it takes cells, those of reports/claims/<id>.toml (`rendered.Rendered`)."""
 
     id: str
     where: str
@@ -21,10 +24,13 @@ class Claim:
     measure: str
     figure: str | None = None
     maps: bool = False
+    rendered: bool = False
 
 
 _KAUTZ = "Kautz, Daubert, Seidel 2004, "
 _NOTES = "Heidrich, course notes, "
+_HS98 = "Heidrich and Seidel 1998, "
+_MCGUIRE = "McGuire et al. 2013, "
 _LIGHTS = "Environment maps as area lights, "
 
 CLAIMS: Mapping[str, Claim] = {
@@ -43,6 +49,22 @@ CLAIMS: Mapping[str, Claim] = {
             "Box-filtered MIPs at b = 2.25 look like the Phong map with N = 225.",
             "levels:bias_for_phong",
             "000-fig5",
+        ),
+        Claim(
+            "000-faces",
+            _KAUTZ + "Fig 4",
+            "At b = 9.4 six faces show in six colours; filtered across the faces they vanish.",
+            "faces:show",
+            "000-fig4",
+            rendered=True,
+        ),
+        Claim(
+            "000-speed",
+            _KAUTZ + "Fig 5",
+            "A single pass over box-filtered MIPs is faster than the parabolic prefilter: 500 against 25 Hz.",
+            "speed:single_pass",
+            "000-fig5",
+            rendered=True,
         ),
         Claim("001-cube-ratio", _NOTES + "§2.2", "A cube map's sampling rate varies by 3√3.", "maps:cube", "001-fig4"),
         Claim(
@@ -63,6 +85,50 @@ CLAIMS: Mapping[str, Claim] = {
         Claim("001-filter-sizes", _NOTES + "§3.2.5, table", "Filter sizes for N = 10 … 500.", "maps:filter_sizes"),
         Claim("001-shrink-factors", _NOTES + "§3.2.5, table", "Shrink factors for N = 10 … 500.", "maps:shrink_factors"),
         Claim(
+            "001-frame-rates",
+            _NOTES + "§3.2.5, table",
+            "Filtered anew in every frame, narrower lobes cost more: from 25 Hz for N = 10 to 9 Hz for N = 500.",
+            "speed:frame_rates",
+            "001-fig14",
+            rendered=True,
+        ),
+        Claim(
+            "002-all-views",
+            _HS98 + "§1 and §4",
+            "One dual paraboloid map serves all views; a sphere map the one it was made for.",
+            "views:one_map",
+            "002-fig6",
+            rendered=True,
+        ),
+        Claim(
+            "003-highlights",
+            _MCGUIRE + "§5 and Fig 1",
+            "At level m(s), lights in the map have highlights like those of direct lights.",
+            "highlights:similar",
+            "003-fig1",
+        ),
+        Claim(
+            "003-constant",
+            _MCGUIRE + "§5",
+            "A constant environment comes out exact, with k_L and k_G as they are.",
+            "constant:exact",
+            rendered=True,
+        ),
+        Claim(
+            "003-centres-corners",
+            _MCGUIRE + "§4",
+            "The error is least at the faces' centres and high exponents, worst at corners and low exponents.",
+            "mcguire_maps:centres_corners",
+            "003-fig2",
+        ),
+        Claim(
+            "003-flat-boxy",
+            _MCGUIRE + "§4",
+            "Maps that are flat at low frequencies come out well, those like a Cornell box slightly too shiny.",
+            "mcguire_maps:flat_boxy",
+            "headroom-mcguire",
+        ),
+        Claim(
             "004-counts",
             _LIGHTS + "Table 1",
             "Galileo has 8 lights, Grace 10, the kitchen 4, St Peter's 17.",
@@ -76,6 +142,14 @@ CLAIMS: Mapping[str, Claim] = {
             "The lights are slightly larger than the regions they stand for.",
             "area_lights:larger",
         ),
+        Claim(
+            "004-softer",
+            _LIGHTS + "§5",
+            "Shadows are slightly softer than the reference's.",
+            "softness:softer",
+            "004-fig3",
+            rendered=True,
+        ),
     )
 }
 
@@ -88,11 +162,16 @@ def choose(ids: Sequence[str]) -> list[Claim]:
     return [CLAIMS[name] for name in ids] or list(CLAIMS.values())
 
 
-def check(claim: Claim, maps: Mapping[str, Path]) -> dict:
-    """Measure a claim; what claims.json has of it."""
+def check(claim: Claim, maps: Mapping[str, Path], cells: Rendered | None = None) -> dict:
+    """Measure a claim; what claims.json has of it. cells: its own, where it is rendered."""
     module, function = claim.measure.split(":")
     measure = getattr(importlib.import_module(f"{__name__}.{module}"), function)
-    finding = measure(maps) if claim.maps else measure()
+    try:
+        finding = measure(cells) if claim.rendered else measure(maps) if claim.maps else measure()
+    except EvalsuiteError as error:  # a cell without a score is this claim's trouble alone
+        if not claim.rendered:
+            raise
+        finding = Finding(UNTESTED, "", str(error))
     method = " ".join((measure.__doc__ or "").split())
     return {
         "id": claim.id,
@@ -101,5 +180,7 @@ def check(claim: Claim, maps: Mapping[str, Path]) -> dict:
         "figure": claim.figure,
         "method": method,
         "command": f"evalsuite claims {claim.id}",
+        "cells": [cell["id"] for cell in cells.cells] if cells else [],
+        "stand_ins": dict(cells.stand_ins) if cells else {},
         **asdict(finding),
     }

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evalsuite.report.figures import style
+from evalsuite.report.latex import escape
 from evalsuite.report.scales import Scale
 
 #: Of crops, in turn, on the picture and around the enlargement.
@@ -79,7 +80,7 @@ def draw(grid: Grid) -> Any:
     shape = {"height_ratios": ratios} if grid.stacked else {"width_ratios": ratios}
     places = np.atleast_1d(parts[0].subfigures(*((len(sizes), 1) if grid.stacked else (1, len(sizes))), **shape))
     for place, block in zip(places, grid.blocks, strict=True):
-        _draw_block(place, block)
+        _draw_block(place, block, scale)
     if grid.scale:
         _draw_scale(parts[1], grid.scale)
     if grid.note:
@@ -96,7 +97,13 @@ def _size(block: Block) -> tuple[float, float]:
     return columns + (0.16 if block.names else 0.0), rows + (0.18 if block.title else 0.0) + (0.14 if block.columns else 0.0)
 
 
-def _draw_block(place: Any, block: Block) -> None:
+def _fitting(text: str, inches: float, points: float) -> float:
+    """Size [points] at which a line fits into a width: at most `points`; letters are 0.56 of their size wide in the mean."""
+    return min(points, 72 * inches / (0.56 * max(len(text), 1)))
+
+
+def _draw_block(place: Any, block: Block, inches: float) -> None:
+    """inches: width of a panel."""
     from matplotlib.patches import Rectangle
 
     columns = max(len(row) for row in block.rows)
@@ -119,9 +126,10 @@ def _draw_block(place: Any, block: Block) -> None:
             for number, (x, y, width, height) in enumerate(panel.marks):
                 one.add_patch(Rectangle((x - 0.5, y - 0.5), width, height, fill=False, edgecolor=_rgb(number), linewidth=1.0))
             if panel.caption:
-                one.set_xlabel(panel.caption.replace("$", r"\$"), fontsize=5.2, labelpad=2)
+                size = _fitting(panel.caption, inches, 5.2)
+                one.set_xlabel(panel.caption.replace("$", r"\$"), fontsize=size, labelpad=2)
             if i == 0 and j < len(block.columns):
-                one.set_title(block.columns[j], fontsize=7.5, pad=3)
+                one.set_title(block.columns[j], fontsize=_fitting(block.columns[j], inches, 7.5), pad=3)
             if j == 0 and i < len(block.names):
                 one.set_ylabel(block.names[i], fontsize=7.5, labelpad=3)
 
@@ -147,16 +155,16 @@ def wrapped(text: str, width: int) -> str:
 
 
 def write(grid: Grid, place: Path) -> None:
-    """LaTeX (TikZ, compiles by itself or is \\input) or HTML (one file), by the suffix. Raises OSError."""
+    """LaTeX (a tikzpicture to be \\input; needs calc, graphicx and tikz) or HTML (one file), by the suffix. Raises OSError."""
     import figuregen
 
     latex = place.suffix == ".tex"
-    words = latex_words if latex else html.escape
+    words = escape if latex else html.escape
     made = [_figuregen(block, words) for block in grid.blocks]
     rows = [[one] for one in made] if grid.stacked else [made]
     backend = figuregen.TikzBackend() if latex else figuregen.HtmlBackend(custom_head='<meta charset="utf-8">')
     figuregen.figure(rows, 2.54 * grid.width, str(place), backend)
-    note = " ".join(filter(None, [grid.note, _scale_words(grid.scale)]))
+    note = words_of(grid)
     if note:
         text = place.read_text(encoding="utf-8")
         if latex:
@@ -204,14 +212,10 @@ def _figuregen(block: Block, words: Any) -> Any:
     return grid
 
 
+def words_of(grid: Grid) -> str:
+    """What stands beneath: the note, and the scale in words."""
+    return " ".join(filter(None, [grid.note, _scale_words(grid.scale)]))
+
+
 def _scale_words(scale: Scale | None) -> str:
     return f"Error maps: {scale.caption}, {scale.ticks[0][1]} blue to {scale.ticks[-1][1]} red." if scale else ""
-
-
-def latex_words(text: str) -> str:
-    # One pass, so that what is put in is not escaped again.
-    table = {"\\": r"\textbackslash{}", "−": "$-$", "×": r"$\times$", "λ": r"$\lambda$", "…": r"\ldots{}", "°": r"$^\circ$",
-             "²": r"\textsuperscript{2}", "¹": r"\textsuperscript{1}", "⁻": r"\textsuperscript{$-$}", "√": r"$\surd$",
-             "α": r"$\alpha$", "η": r"$\eta$", "\N{NO-BREAK SPACE}": "~", "~": r"\textasciitilde{}",
-             "^": r"\textasciicircum{}"} | {c: "\\" + c for c in "%_&#${}"}  # fmt: skip
-    return "".join(table.get(c, c) for c in text)

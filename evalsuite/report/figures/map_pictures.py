@@ -59,14 +59,15 @@ def data(kind: str, name: str) -> dict[str, Any]:
     return {
         "kind": kind,
         "name": name,
-        "maps": [_panel(tone_map(one[::-1], exposure)) for one in maps],
-        "truth": _panel(tone_map(truth, exposure), "the environment, latitude over longitude"),
-        "error": _panel(ERROR.colours(relative), f"looked up: RMS {100 * rms / mean:.3g} % of the mean radiance"),
+        "maps": [panel(tone_map(one[::-1], exposure)) for one in maps],
+        "truth": panel(tone_map(truth, exposure), "the environment, latitude over longitude"),
+        "error": panel(ERROR.colours(relative), f"looked up: RMS {100 * rms / mean:.3g} % of the mean radiance"),
         "measured": {"environment": name, "texels": int(6 * FACE**2), "map_size": size, "relative_rms": rms / mean},
     }
 
 
-def _panel(colours: NDArray, caption: str = "") -> grids.Panel:
+def panel(colours: NDArray, caption: str = "") -> grids.Panel:
+    """Of display values 0 … 1, (H, W, 3)."""
     return grids.Panel(np.round(255 * np.clip(colours, 0, 1)).astype(np.uint8), caption)
 
 

@@ -16,6 +16,8 @@ from evalsuite.image.color import tone_map
 from evalsuite.report import scales
 from evalsuite.report.figures.grids import Panel
 from evalsuite.report.numbers import measured
+from evalsuite.scene.environment import read_environment
+from evalsuite.scene.model import Environment
 
 #: All error maps have this scale, so that figures compare: (image − truth) / truth.
 ERROR = scales.diverging(1.0, "(image − truth) / truth", percent=True)
@@ -24,11 +26,14 @@ ERROR = scales.diverging(1.0, "(image − truth) / truth", percent=True)
 @dataclass(frozen=True)
 class Rendered:
     """cells: of results.json, of this figure alone. directory: that their pictures are relative to. stand_ins: what of the
-    paper's was replaced, in words: {"the Uffizi gallery": "office"}."""
+    paper's was replaced, in words: {"the Uffizi gallery": "office"}. maps: files of the environments that the cells name.
+    best: ids of cells at the best value of a free parameter, as a search found it."""
 
     directory: Path
     cells: Sequence[Mapping]
     stand_ins: Mapping[str, str] = field(default_factory=dict)
+    maps: Mapping[str, Path] = field(default_factory=dict)
+    best: frozenset[str] = frozenset()
 
     def cell(self, **wanted: Any) -> Mapping:
         """The one cell with these values: scene, technique, target, environment or a parameter. Raises EvalsuiteError where it
@@ -48,6 +53,14 @@ class Rendered:
     def read(self, cell: Mapping, name: str) -> NDArray[np.float32]:
         """A picture of a cell, (H, W, 3) linear Rec.709."""
         return exr.read(self.directory / cell["images"][name])
+
+    def environment(self) -> Environment:
+        """The one environment of all cells. Raises LookupError where they name none or several, EvalsuiteError for a map that
+        cannot be read."""
+        names = self.values("environment")
+        if len(names) != 1:
+            raise LookupError(f"environments {names}")
+        return read_environment(self.maps[names[0]])
 
     def note(self, text: str = "") -> str:
         """What stands beneath the figure: text, and what stands in for what."""

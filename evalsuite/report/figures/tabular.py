@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from evalsuite.report.figures import style
-from evalsuite.report.figures.grids import latex_words, wrapped
+from evalsuite.report.figures.grids import wrapped
+from evalsuite.report.latex import escape
 
 LOOK = """
 table { border-collapse: collapse; border-top: 2px solid; border-bottom: 2px solid; font: 10pt sans-serif }
@@ -78,6 +79,11 @@ def _line(x: tuple[float, float], y: float, weight: float) -> Any:
     return Line2D(x, (y, y), color="black", linewidth=weight)
 
 
+def words_of(table: Table) -> str:
+    """What stands beneath."""
+    return table.note
+
+
 def write(table: Table, place: Path) -> None:
     """LaTeX (needs booktabs) or HTML (one file), by the suffix. Raises OSError."""
     place.write_text(_as_latex(table) if place.suffix == ".tex" else _as_html(table), encoding="utf-8")
@@ -89,7 +95,7 @@ def _as_latex(table: Table) -> str:
 
     at, groups, rules = 1, [], []
     for title, count in table.groups:
-        groups.append(rf"\multicolumn{{{count}}}{{c}}{{{latex_words(title)}}}")
+        groups.append(rf"\multicolumn{{{count}}}{{c}}{{{escape(title)}}}")
         rules += [rf"\cmidrule(lr){{{at}-{at + count - 1}}}"] if title else []
         at += count
     lines = [
@@ -98,9 +104,9 @@ def _as_latex(table: Table) -> str:
         r"\toprule",
         line(groups),
         "".join(rules),
-        line([latex_words(text) for text in table.columns]),
+        line([escape(text) for text in table.columns]),
         r"\midrule",
-        *(line([latex_words(text) for text in row]) for row in table.rows),
+        *(line([escape(text) for text in row]) for row in table.rows),
         r"\bottomrule",
         r"\end{tabular}",
     ]

@@ -127,6 +127,15 @@ def test_one_axis_is_no_plane():
     assert envelopes.planes([cell("a", 0.1, exponent=10.0, env=e) for e in ("office", "cathedral")]) == []
 
 
+def test_cells_that_state_other_numbers_are_another_sweep():
+    """Of one technique, two angles here and two rings there span no plane; beside a real plane they change nothing."""
+    apart = [cell("a", 0.1, azimuth=v) for v in (0.0, 130.0)] + [cell("a", 0.1, ring=v) for v in (0.0, 2.0)] + [cell("a", 0.1)]
+    assert envelopes.planes(apart) == []
+    law = sweep("a", lambda n, f, w: n * f)
+    (plane,) = envelopes.planes([*law, *apart])
+    np.testing.assert_array_equal(plane.contenders[0].value, one_plane(law).contenders[0].value)
+
+
 def test_the_pareto_front_of_known_points():
     def exact(error, cost):
         return Metric(error, (error, error)), Metric(cost, (cost, cost))

@@ -52,3 +52,21 @@ def test_a_promised_name_is_what_the_page_says(number, tmp_path):
     picture = draw.draw(s, technique, technique.parse({"face_size": 32, "time": 2.5, "gain": 0.25}), supersample=1).image
     assert front.sum() > 200
     np.testing.assert_allclose(picture[mask][front], expected[front], atol=1e-3 * np.abs(expected).max())
+
+
+def test_holes_that_a_shader_leaves_count(tmp_path):
+    """What discards shows the background and is scored all the same: a hole is an error, not a silhouette."""
+    s = scene(ENVIRONMENT, SUBJECT, size=(32, 32))
+    mask, normal, _ = visible(s)
+    pictures = {}
+    for name, code in (("whole", ""), ("holed", "if (s.normal.x > 0.0) discard; ")):
+        file = tmp_path / f"{name}.glsl"
+        file.write_text(f"vec3 shade(Surface s) {{ {code}return vec3(7.0); }}\n")
+        pictures[name] = draw.draw(s, user_shader.load(file), {}, supersample=2)
+    whole, holed = pictures.values()
+    np.testing.assert_array_equal(whole.scored, holed.scored)
+    assert (holed.scored[mask] > 0).all() and holed.scored[~mask].max() < 1
+    hole = np.zeros(mask.shape, bool)
+    hole[mask] = normal[:, 0] > 0.1
+    hole &= whole.scored == 1
+    assert hole.sum() > 50 and (holed.image[hole] != 7.0).all() and (whole.image[hole] == 7.0).all()

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from evalsuite.errors import EvalsuiteError
-from evalsuite.math import cubemap, hierarchical, paraboloid, sh
+from evalsuite.math import cubemap, hierarchical, paraboloid, phong, sh
 from evalsuite.report import claims
-from evalsuite.report.claims import area_lights, harmonics, levels, maps
+from evalsuite.report.claims import area_lights, harmonics, highlights, intervals, levels, maps, mcguire_errors, mcguire_maps
 from evalsuite.report.claims.verdict import FAILS, HOLDS, LIMITS, UNTESTED, Finding
 from evalsuite.report.figures import circle_distortion
 from evalsuite.scene.builtin import environment_path
@@ -89,6 +89,76 @@ def test_the_bias_is_within_its_interval():
     finding = levels.bias_for_phong()
     low, high = finding.numbers["ci95"]
     assert (finding.verdict == HOLDS) == (low <= 2.25 <= high) and low < finding.numbers["bias"] < high
+
+
+def test_highlights_are_alike_one_level_further_only(monkeypatch):
+    """As published four times too bright at most and half as wide; one level more gives cos^s about h its own solid angle."""
+    monkeypatch.setattr(highlights, "LAMPS", 20)
+    monkeypatch.setattr(highlights, "EXPONENTS", (100,))
+    found = highlights.similar()
+    ratios = found.numbers["looked_up_over_direct"]["100"]
+    assert found.verdict == FAILS and "peak and radius" in found.why
+    assert 2.5 < ratios["peak"]["value"] < 4.5 and 0.5 < ratios["radius"]["value"] < 0.7
+    assert ratios["direct_over_exact"]["value"] == pytest.approx(1.0, abs=0.01)
+    published = phong.exponent_to_lod
+    monkeypatch.setattr(phong, "exponent_to_lod", lambda s, w: published(s, w) + 1.0)
+    assert highlights.similar().verdict == HOLDS
+
+
+def test_direct_light_has_its_closed_form():
+    """Over the normals at l = v, ∫ (s + 8)/8π cos^(s + 1) dω = (s + 8)/4(s + 2); a lamp that shrinks becomes a direction."""
+    z = np.array([0.0, 0.0, 1.0])
+    normals, weights = highlights._normals(2 * z)
+    for s in highlights.EXPONENTS:
+        lit = highlights._lit(normals, z[None], z, s)
+        assert lit @ weights == pytest.approx((s + 8) / (4 * (s + 2)), rel=2e-3)
+        assert highlights._lit(z[None], highlights._disc(z, 1e-4), z, s)[0] == pytest.approx((s + 8) / (8 * np.pi), rel=1e-3)
+
+
+@pytest.fixture
+def few(monkeypatch):
+    """Two exponents and few pixels, computed anew."""
+    for name, value in {"EXPONENTS": (5, 80), "TURNS": 5, "PIXELS": 60, "PICTURE": 96}.items():
+        monkeypatch.setattr(mcguire_errors, name, value)
+    mcguire_errors.errors.cache_clear()
+    yield
+    mcguire_errors.errors.cache_clear()
+
+
+def test_where_the_level_errs_and_planted_levels_and_texels(few, monkeypatch):
+    found, boxy = mcguire_maps.centres_corners(), mcguire_maps.flat_boxy()
+    assert (
+        found.verdict == LIMITS
+        and found.numbers["r"]["corner_over_centre"]["ci95"][1] < 1 < found.numbers["r"]["low_over_high"]["ci95"][0]
+    )
+    assert boxy.verdict == LIMITS and "too shiny" in boxy.why and "too dull" in boxy.why
+    # Two levels further nothing is too shiny.
+    published = phong.exponent_to_lod
+    with monkeypatch.context() as patch:
+        patch.setattr(phong, "exponent_to_lod", lambda s, w: published(s, w) + 2.0)
+        mcguire_errors.errors.cache_clear()
+        assert "too dull among six walls for either lobe" in mcguire_maps.flat_boxy().why.replace(
+            "it is too dull", "too dull among six walls"
+        )
+    # Corners a level further out are worse for the lobe about r too.
+    whole = cubemap.SeamlessCube.lookup
+
+    def blurred(self, directions, lod):
+        corner = np.sort(np.abs(directions), axis=-1)[..., 0] > 0.45
+        return whole(self, directions, np.asarray(lod) + 2.0 * corner)
+
+    monkeypatch.setattr(cubemap.SeamlessCube, "lookup", blurred)
+    mcguire_errors.errors.cache_clear()
+    assert mcguire_maps.centres_corners().numbers["r"]["corner_over_centre"]["ci95"][0] > 1
+
+
+def test_intervals_are_students():
+    found = intervals.mean([1.0, 2.0, 3.0, 4.0])
+    assert found["value"] == 2.5 and found["ci95"] == pytest.approx([2.5 - 2.0542, 2.5 + 2.0542], abs=1e-3)  # t₃ = 3.182, s/√4
+    ratio = intervals.geometric([0.5, 2.0])
+    assert ratio["value"] == pytest.approx(1.0) and ratio["ci95"][0] * ratio["ci95"][1] == pytest.approx(1.0)
+    one = intervals.mean([3.0])
+    assert one["ci95"] == [None, None] and not intervals.above(one, 0) and not intervals.below(one, 9)
 
 
 def test_every_claim_names_a_measurement_and_a_figure_that_exist():

@@ -9,6 +9,7 @@ import pytest
 
 from evalsuite.errors import EvalsuiteError
 from evalsuite.report.figures import grids, rendered
+from evalsuite.report.latex import escape
 
 RED, GREEN, BLUE = (np.full((32, 32, 3), c, np.uint8) for c in ((250, 0, 0), (0, 250, 0), (0, 0, 250)))
 
@@ -42,7 +43,8 @@ def test_words_stay_words(grid, tmp_path):
     grids.write(grid, tmp_path / "a.tex")
     latex = (tmp_path / "a.tex").read_text("utf-8")
     assert r"f\_$\lambda$ = 0.1" in latex and r"12 \% [11 \ldots{} 13]" in latex and r"A \& B" in latex
-    assert grids.latex_words("a\\b^2~{x}") == r"a\textbackslash{}b\textasciicircum{}2\textasciitilde{}\{x\}"
+    assert escape("v₀ = 10⁻⁵") == "v$_{0}$ = 10$^{-}$$^{5}$"
+    assert escape("a\\b^2~{x}") == r"a\textbackslash{}b\textasciicircum{}2\textasciitilde{}\{x\}"
 
 
 def test_crops_are_enlarged_and_marked():
