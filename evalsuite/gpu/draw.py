@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from math import inf, log2
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from evalsuite.errors import EvalsuiteError
 from evalsuite.gpu import environment, material_maps, programs
@@ -97,7 +97,7 @@ def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], s
 
 def _half_width(values: Sequence[float] | np.ndarray) -> float:
     """Of the 95 % interval of their mean, by Student's t; infinite for fewer than two."""
-    return float(student.ppf(0.975, len(values) - 1) * np.std(values, ddof=1) / len(values) ** 0.5) if len(values) > 1 else inf
+    return float(stdtrit(len(values) - 1, 0.975) * np.std(values, ddof=1) / len(values) ** 0.5) if len(values) > 1 else inf
 
 
 def _with(draws: Sequence[Sequence[Draw]], inputs: PassInputs) -> list[list[Draw]]:
