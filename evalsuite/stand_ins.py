@@ -27,12 +27,17 @@ MAPS: Mapping[str, Role] = {
     "kitchen": Role("the kitchen", "office"),
     "st-peters": Role("St Peter's", "basilica"),
     "cafe": Role("the café", "office"),
+    "office-scene": Role("Heidrich's office scene", "office"),
+    "second-scene": Role("the second scene of 001 Fig 14", "cathedral"),
+    "lamps": Role("the map of 003 Fig 1", "cathedral"),
+    "even": Role("the map of 003 Fig 3", "office"),
 }
 #: Objects; stand-ins are scenes.
 MESHES: Mapping[str, Role] = {
     "bunny": Role("the bunny", "organic"),
     "bust": Role("the bust", "teapot"),
     "car": Role("the car", "torus"),
+    "teapot": Role("the papers' teapot", "teapot"),
 }
 
 

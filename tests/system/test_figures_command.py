@@ -9,7 +9,8 @@ import sys
 import numpy as np
 from PIL import Image
 
-from evalsuite.scene.builtin import scenes_directory
+from evalsuite.report.figures import FIGURES
+from evalsuite.scene.builtin import reports_directory, scenes_directory
 
 #: What is computed alone, and what is quickest of what is rendered.
 QUICK = ("001-fig1", "001-fig4", "001-fig6", "001-fig12", "002-fig3", "headroom-mcguire")
@@ -78,8 +79,9 @@ def test_a_mesh_of_ones_own_and_whether_it_comes_out_again(evalsuite, tmp_path):
     lock.write_text(json.dumps(locked))
     moved = evalsuite("figures", "--verify", "--out", tmp_path)
     assert moved.code == 1 and "no longer reproduces" in moved.out and "rel_rmse" in moved.out
-    for words in (("figures", "--verify", "002-fig3", "--out", tmp_path), ("figures", "--verify", "--out", tmp_path / "none"),
-                  (*asked, "--mesh", f"hare={mesh}"), (*asked, "--mesh", "bunny=gone.ply")):  # fmt: skip
+    wrong = [("figures", "--verify", "002-fig3", "--out", tmp_path), (*asked, "--mesh", f"hare={mesh}"),
+             (*asked, "--mesh", "bunny=gone.ply")]  # fmt: skip
+    for words in wrong:
         done = evalsuite(*words)
         assert done.code == 2 and done.err.count("\n") == 1, done.err
 
@@ -112,6 +114,16 @@ def test_area_lights_under_four_maps(evalsuite, tmp_path):
     same = ("--env", f"grace={envmaps / 'sunsky.exr'}", "--env", f"kitchen={other}")
     done = evalsuite("figures", "004-fig3", *same, "--out", tmp_path / "b")
     assert done.code == 2 and done.err.count("\n") == 1 and "another name" in done.err and not (tmp_path / "b").exists()
+
+
+def test_the_shipped_lock_has_every_figure_and_its_numbers_come_out(evalsuite, tmp_path):
+    """Where a folder has no lock. Those that are computed alone come out on any machine."""
+    shipped = json.loads((reports_directory() / "figures" / "figures.lock.json").read_text("utf-8"))
+    assert set(shipped["figures"]) == set(FIGURES)
+    assert all(row["behind"] for one in shipped["figures"].values() for row in one["numbers"].values())
+    done = evalsuite("figures", "--verify", "001-fig12", "002-fig3", "001-fig13", "--out", tmp_path / "none", "--json")
+    assert done.code == 0, done.err
+    assert all(one["verdict"] in ("reproduces", "within noise") for one in json.loads(done.out))
 
 
 def test_one_figure_as_json(evalsuite, tmp_path):

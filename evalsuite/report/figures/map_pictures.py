@@ -76,5 +76,6 @@ def draw(data: dict[str, Any]) -> grids.Grid:
     names = ("seen along v₀ in a small mirror ball",) if one else ("towards the viewer", "away from the viewer")
     maps = grids.Block([data["maps"]], "Sphere map" if one else "Dual paraboloid map", names)
     over = grids.Block([[data["truth"]], [data["error"]]], "Truth and error over all directions")
-    return grids.Grid([maps, over], scale=ERROR, width=7.0 if one else 9.0, note=f"Environment: {data['name']}. "
-                      f"{data['measured']['texels']} texels, as a cube map with faces of {FACE}².")  # fmt: skip
+    stand_in = ", a stand-in" if data["name"] == "office" else ""
+    note = f"Environment: {data['name']}{stand_in}. {data['measured']['texels']} texels, as a cube map with faces of {FACE}²."
+    return grids.Grid([maps, over], scale=ERROR, width=7.0 if one else 9.0, note=note)
