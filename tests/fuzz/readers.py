@@ -405,6 +405,22 @@ def fault(folder: Path) -> Reader:
     return Reader("damaged", [b""], draw, lambda path: path.read_bytes() == chosen and faults[os.environ["FUZZ_FAULT"]]())
 
 
+def figures_lock(folder: Path) -> Reader:
+    from evalsuite.report.figures import lock
+    from evalsuite.scene.builtin import reports_directory
+
+    whole = json.loads((reports_directory() / "figures" / lock.NAME).read_text("utf-8"))
+    some = {name: whole["figures"][name] for name in ("000-fig5", "002-fig3")}
+    good = json.dumps(whole | {"figures": some}).encode()
+
+    def read(path: Path) -> None:
+        for name, locked in lock.read(path)["figures"].items():
+            if name in some:
+                lock.check(name, locked, some[name])
+
+    return Reader("figures.lock.json", [good], damage.json_tree, read)
+
+
 READERS: dict[str, Callable[[Path], Reader]] = {
     "exr": exr_picture,
     "exr-environment": exr_environment,
@@ -426,6 +442,7 @@ READERS: dict[str, Callable[[Path], Reader]] = {
     "technique": technique,
     "results": results,
     "baseline": baseline,
+    "figures-lock": figures_lock,
     "record": record,
     "history": history,
 }

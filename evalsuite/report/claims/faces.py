@@ -66,9 +66,9 @@ def show(cells: Rendered) -> Finding:
 
 
 def _pattern(radiance: Float, mask: NDArray[np.bool_]) -> float:
-    """Variance between the faces over all variance, less its mean over turned cubes. radiance: (W, W, 3) of the scene `sphere`,
+    """Variance between the faces over all variance, less its mean over turned cubes. radiance: (H, W, 3) of the scene `sphere`,
     whose pixels see equal solid angles of r but for perspective."""
-    normal, to_view, hit = sphere_view.rays(len(radiance))
+    normal, to_view, hit = sphere_view.rays(*radiance.shape[1::-1])
     inside = mask & hit
     values = radiance[inside]
     values = values - values.mean(0)

@@ -7,6 +7,7 @@ farther than its interval and the old one together, and else *no longer reproduc
 
 from __future__ import annotations
 
+import contextlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,12 +16,15 @@ from typing import Any
 
 from evalsuite.errors import EvalsuiteError
 from evalsuite.store.cache import digest, file_digest, write_atomic
+from evalsuite.store.json_file import read_json
 
 SCHEMA = "evalsuite.figures/1"
 NAME = "figures.lock.json"
 SAME, NOISE, MOVED = "reproduces", "within noise", "no longer reproduces"
 #: Relative difference of numbers without an interval that counts as none: they are sums in float64, in another order perhaps.
 ROUNDING = 1e-6
+#: Largest side of a picture [pixels], as for --size.
+LARGEST = 16384
 
 
 @dataclass(frozen=True)
@@ -74,9 +78,9 @@ def results_of(cells: Sequence[Mapping], directory: Path) -> dict[str, dict[str,
 
 
 def write(directory: Path, asked: Mapping, entries: Mapping[str, Mapping]) -> Path:
-    """Write the lock of a folder; of an earlier one that was asked for in the same way, other figures stay."""
+    """Write the lock of a folder; of an earlier one that was asked for in the same way, other figures stay. A damaged one goes."""
     place, kept = directory / NAME, {}
-    if place.is_file():
+    with contextlib.suppress(EvalsuiteError):
         earlier = read(place)
         kept = earlier["figures"] if earlier["asked"] == asked else {}
     made = {"schema": SCHEMA, "asked": dict(asked), "figures": {**kept, **entries}}
@@ -87,16 +91,55 @@ def write(directory: Path, asked: Mapping, entries: Mapping[str, Mapping]) -> Pa
 def read(place: Path) -> dict:
     """A lock. Raises EvalsuiteError for a file that is none."""
     try:
-        lock = json.loads(place.read_text("utf-8"))
-        if lock["schema"] != SCHEMA or not isinstance(lock["figures"], dict) or not isinstance(lock["asked"], dict):
-            raise ValueError(f"the schema {lock['schema']}")
+        lock = read_json(place)
     except FileNotFoundError as error:
         raise EvalsuiteError(
             place, "no such file", "the lock of figures made before", "type `evalsuite figures` first"
         ) from error
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError) as error:
         raise EvalsuiteError(place, f"no lock ({error})", SCHEMA, "make the figures again") from error
+    if not isinstance(lock, dict) or lock.get("schema") != SCHEMA:
+        found = lock.get("schema") if isinstance(lock, dict) else type(lock).__name__
+        raise EvalsuiteError(place, f"schema {found!r}", SCHEMA, "make the figures again")
+    for part, holds in (("asked", _is_asked), ("figures", _are_entries)):
+        if not holds(lock.get(part)):
+            raise EvalsuiteError(place, f"'{part}' not as written", SCHEMA, "make the figures again")
     return lock
+
+
+def _is_asked(asked: Any) -> bool:
+    if not isinstance(asked, dict):
+        return False
+    size = asked.get("size")
+    sized = size is None or (
+        isinstance(size, list) and len(size) == 2 and all(type(n) is int and 1 <= n <= LARGEST for n in size)
+    )
+    given = [asked.get(option) for option in ("env", "mesh")]
+    files = all(isinstance(own, dict) and all(isinstance(one, dict) and _is_name(one.get("file")) for one in own.values())
+                for own in given)  # fmt: skip
+    error, cap = asked.get("target_error"), asked.get("cap")
+    return sized and files and _is_number(error) and 0 < error < 1 and type(cap) is int and cap >= 1
+
+
+def _are_entries(entries: Any) -> bool:
+    def is_row(row: Any) -> bool:
+        ends = row.get("ci95", [None, None]) if isinstance(row, dict) and "value" in row else None
+        paired = isinstance(ends, list) and len(ends) == 2
+        return paired and all(value is None or _is_number(value) for value in (row.get("value"), *ends))
+
+    def is_entry(one: Any) -> bool:
+        parts = [one.get("numbers"), one.get("results")] if isinstance(one, dict) else [None]
+        return all(isinstance(part, dict) for part in parts) and all(is_row(row) for row in parts[0].values())
+
+    return isinstance(entries, dict) and all(is_entry(one) for one in entries.values())
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _is_name(value: Any) -> bool:
+    return isinstance(value, str) and bool(value) and "\0" not in value
 
 
 def check(name: str, locked: Mapping, made: Mapping) -> Check:

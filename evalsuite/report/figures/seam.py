@@ -33,7 +33,7 @@ def data(cells: Rendered) -> dict[str, Any]:
     for cell in found:
         image, truth, error = cells.picture(cell), cells.picture(cell, "reference"), cells.error(cell)
         drawn = image.crop(box, 0)
-        curve = _seam(height, drawn.pixels.shape[0] // box[3])
+        curve = _seam(width, height, drawn.pixels.shape[0] // box[3])
         x, y, w, h = (n * (drawn.pixels.shape[0] // box[3]) for n in box)
         pixels = drawn.pixels.copy()
         pixels[curve[y : y + h, x : x + w]] = grids.CROPS[1]
@@ -54,14 +54,14 @@ def draw(data: dict[str, Any]) -> grids.Grid:
     return grids.Grid([grids.Block(data["rows"], "", columns, data["names"])], scale=ERROR, width=8.0, note=note)
 
 
-def _reflected(width: int) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    normal, to_view, hit = rays(width)
+def _reflected(width: int, height: int) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    normal, to_view, hit = rays(width, height)
     return phong.reflect(to_view, normal)[..., 2], hit
 
 
 def _box(height: int, width: int) -> grids.Box:
     """Round the seam's point nearest to the sphere's middle."""
-    z, hit = _reflected(width)
+    z, hit = _reflected(width, height)
     y, x = np.nonzero(_crossing(z, hit))
     near = np.argmin((x - width / 2) ** 2 + (y - height / 2) ** 2)
     side = max(height // PART, 1)
@@ -69,9 +69,9 @@ def _box(height: int, width: int) -> grids.Box:
     return left, top, side, side
 
 
-def _seam(width: int, factor: int) -> NDArray[np.bool_]:
+def _seam(width: int, height: int, factor: int) -> NDArray[np.bool_]:
     """Where the curve is, in a picture enlarged by a factor; about a pixel of it wide."""
-    z, hit = _reflected(width * factor)
+    z, hit = _reflected(width * factor, height * factor)
     return ndimage.binary_dilation(_crossing(z, hit), iterations=max(1, factor // 4))
 
 
@@ -88,7 +88,7 @@ def _band(cells: Rendered, cell: Any) -> dict[str, Any]:
     image, truth = cells.read(cell, "image"), cells.read(cell, "reference")
     mask = cells.read(cell, "mask").mean(-1) > 0.5
     height, width = mask.shape
-    z, hit = _reflected(width)
+    z, hit = _reflected(width, height)
     band = ndimage.binary_dilation(_crossing(z, hit), iterations=BAND) & mask
     error = np.abs(image - truth).mean(-1)
     y, x = np.mgrid[:height, :width]

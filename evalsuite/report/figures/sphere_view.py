@@ -19,14 +19,17 @@ MAPS = ("office", "cathedral", "coloured-cube", "overcast", "sunsky", "sh2")
 COLOURS = dict(zip(MAPS, ("#E69F00", "#D55E00", "#CC79A7", "#56B4E9", "#0072B2", "#009E73"), strict=True))
 
 
-def rays(width: int) -> tuple[Float, Float, NDArray[np.bool_]]:
-    """Normal and direction to the viewer at the pixel centres of a width² picture, (w, w, 3), and where the sphere is, (w, w)."""
+def rays(width: int, height: int | None = None) -> tuple[Float, Float, NDArray[np.bool_]]:
+    """Normal and direction to the viewer at the pixel centres of a picture, square unless its height is given, (h, w, 3), and
+    where the sphere is, (h, w). The field of view is that of its width, as in Mitsuba."""
     z = -ORIGIN / np.linalg.norm(ORIGIN)
     x = np.cross(z, (0.0, 1.0, 0.0))
     x /= np.linalg.norm(x)
     y = np.cross(x, z)
-    film = np.tan(np.radians(FOV_DEG) / 2) * ((np.arange(width) + 0.5) * 2 / width - 1)
-    direction = z + film[None, :, None] * x - film[:, None, None] * y
+    across, down = (
+        (np.arange(n) + 0.5 - 0.5 * n) * np.tan(np.radians(FOV_DEG) / 2) * 2 / width for n in (width, height or width)
+    )
+    direction = z + across[None, :, None] * x - down[:, None, None] * y
     direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
     along = direction @ ORIGIN
     root = along**2 - (ORIGIN @ ORIGIN - 1.0)

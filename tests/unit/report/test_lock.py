@@ -15,6 +15,7 @@ NUMBERS = {
     "seam": {"value": 2.0, "ci95": [1.5, 2.5]}, "flag": True,
     "cells": {"s/t/a=1/u": {"status": "scored", "rel_rmse": {"value": 0.1, "ci95": [0.09, 0.12]}}},
 }  # fmt: skip
+ASKED = {"target_error": 0.02, "cap": 4096, "size": None, "env": {}, "mesh": {}}
 RESULTS = {"s/t/a=1/u": {"image": "aa", "reference": "bb"}}
 
 
@@ -62,14 +63,24 @@ def test_other_noise_is_noise():
 
 
 def test_other_figures_stay_only_if_they_were_asked_for_alike(tmp_path):
-    lock.write(tmp_path, {"size": None}, {"a": entry()})
-    lock.write(tmp_path, {"size": None}, {"b": entry()})
+    lock.write(tmp_path, ASKED, {"a": entry()})
+    lock.write(tmp_path, ASKED, {"b": entry()})
     assert set(lock.read(tmp_path / lock.NAME)["figures"]) == {"a", "b"}
-    lock.write(tmp_path, {"size": [48, 48]}, {"b": entry()})
+    lock.write(tmp_path, ASKED | {"size": [48, 48]}, {"b": entry()})
     assert set(lock.read(tmp_path / lock.NAME)["figures"]) == {"b"}
+    (tmp_path / lock.NAME).write_text("{")
+    lock.write(tmp_path, ASKED, {"a": entry()})
+    assert set(lock.read(tmp_path / lock.NAME)["figures"]) == {"a"}
 
 
-@pytest.mark.parametrize("text", ["", "{}", "[]", '{"schema": "evalsuite.figures/2", "figures": {}, "asked": {}}', "\0"])
+@pytest.mark.parametrize("text", [
+    "", "{}", "[]", "\0", '{"schema": "evalsuite.figures/2", "figures": {}, "asked": {}}',
+    *(json.dumps({"schema": lock.SCHEMA, "asked": ASKED | wrong, "figures": {}})
+      for wrong in ({"size": [0, 4]}, {"target_error": 2}, {"env": {"grace": {}}}, {"mesh": []}, {"cap": "4096"})),
+    *(json.dumps({"schema": lock.SCHEMA, "asked": ASKED, "figures": {"002-fig3": wrong}})
+      for wrong in ({}, [], {"numbers": {"a": 1}, "results": {}}, {"numbers": {"a": {"value": "1"}}, "results": {}},
+                    {"numbers": {"a": {"value": 1, "ci95": [1]}}, "results": {}})),
+])  # fmt: skip
 def test_what_is_no_lock_says_so(tmp_path, text):
     place = tmp_path / lock.NAME
     place.write_text(text)

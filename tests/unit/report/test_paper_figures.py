@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from evalsuite.image import exr
+from evalsuite.report import figures_page
 from evalsuite.report.figures import beside, filtering_methods, highlights, prefiltered, rendered, seam, warping
 from evalsuite.scene.builtin import environment_path
 
@@ -58,12 +59,13 @@ def test_a_prefiltered_map_is_exact_at_degree_two(tmp_path):
         rendered.Rendered(tmp_path, [], {}, {}).environment()
 
 
-def test_a_step_along_the_seam_is_found_there(tmp_path):
+@pytest.mark.parametrize("shape", [(96, 96), (64, 96), (96, 64)])
+def test_a_step_along_the_seam_is_found_there(tmp_path, shape):
     """An error that lies in the band alone, one that lies elsewhere alone, and one that lies everywhere."""
-    width = 96
-    z, hit = seam._reflected(width)
+    height, width = shape
+    z, hit = seam._reflected(width, height)
     there = seam.ndimage.binary_dilation(seam._crossing(z, hit), iterations=seam.BAND)
-    truth = np.ones((width, width, 3))
+    truth = np.ones((*shape, 3))
     ratios = {}
     for ring, error in ((2.0, there), (1.0, ~there), (0.0, there | ~there)):
         made = cell(tmp_path, f"r{ring}", truth + 0.1 * error[..., None], truth, parameters={"ring": ring})
@@ -87,3 +89,16 @@ def test_highlights_and_titles(tmp_path):
     assert beside.data(found, "exponent=s")["titles"] == ["s = 20", "s = 20", "s = 200", "s = 200, best"]
     turned = cell(tmp_path, "b", one, one, technique="glossy-boxmip", parameters={"azimuth": 130, "bias": -0.32})
     assert beside.title(turned, ("technique", "azimuth", "bias")) == "box MIPs, seen from 130°, b = −0.32"
+
+
+def test_the_page_shows_what_is_whole(tmp_path):
+    """In the papers' order, with its files; a damaged or half-made figure is left out, words stay words."""
+    for name in ("002-fig3", "001-fig4", "001-fig12", "003-fig3"):
+        (tmp_path / f"{name}.png").write_bytes(b"")
+        (tmp_path / f"{name}.json").write_text('{"stand_ins": {"<the café>": "office"}}')
+    (tmp_path / "001-fig12.json").write_text("{")
+    (tmp_path / "003-fig3.png").unlink()
+    page = figures_page.write(tmp_path).read_text("utf-8")
+    assert 0 < page.index('id="001-fig4"') < page.index('id="002-fig3"')
+    assert 'id="001-fig12"' not in page and 'id="003-fig3"' not in page
+    assert "office for &lt;the café&gt;" in page and 'href="002-fig3.json"' in page and 'href="002-fig3.pdf"' not in page
