@@ -78,7 +78,7 @@ def results_of(cells: Sequence[Mapping], directory: Path) -> dict[str, dict[str,
 
 
 def write(directory: Path, asked: Mapping, entries: Mapping[str, Mapping]) -> Path:
-    """Write the lock of a folder; of an earlier one that was asked for in the same way, other figures stay. A damaged one goes."""
+    """Write the lock of a folder. Of an earlier one that was asked for alike, other figures stay; a damaged one goes."""
     place, kept = directory / NAME, {}
     with contextlib.suppress(EvalsuiteError):
         earlier = read(place)
