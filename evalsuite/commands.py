@@ -7,6 +7,7 @@ import importlib.util
 import json
 import subprocess
 import sys
+import time
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from evalsuite import rounds
+from evalsuite import forecast, rounds
 from evalsuite.compare import compare, headroom_pool
 from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed, unknown
 from evalsuite.execute.local import Lane, Workers
@@ -25,6 +26,7 @@ from evalsuite.pipeline import Progress as Told
 from evalsuite.pipeline import Run, Settings, reproduce, run_cells
 from evalsuite.plan import Cell, Choice, Report, choice_to_json
 from evalsuite.scene import builtin
+from evalsuite.store import costs
 from evalsuite.store import results as store_results
 from evalsuite.store.cache import Store, write_atomic
 
@@ -52,6 +54,7 @@ def run_report(
     # Only a cell that the same command would make again is not missing: another quality or size is another result.
     kept = {c.id: made[c.id] for c in cells if c.id in made and made[c.id]["reproduce"] == reproduce(c, settings)}
     todo = [cell for cell in cells if cell.id not in kept]
+    started = time.perf_counter()
     with Workers(jobs) as workers, _progress(console, len(todo)) as told:
         run = Run(Store(read=read_cache, warn=told.warn), workers, settings, told)
         fresh = {cell["id"]: (cell, files) for cell, files in run_cells(run, todo)}
@@ -75,7 +78,21 @@ def run_report(
     with store_results.writing(directory):
         results = store_results.write(directory, header, made)
         page.write(results, directory)
+    if not until_decided:  # which renders some references twice
+        pairs = [(cell, fresh[cell.id][0]) for cell in todo]
+        row = forecast.of_run(run, pairs, directory, time.perf_counter() - started)
+        costs.append(run.store.root, [*run.costs, row])
     return results
+
+
+def predict(cells: list[Cell], settings: Settings, *, jobs: int | None, read_cache: bool, console: Console) -> dict | None:
+    """What a run of these cells would take (`forecast.Forecast`); None where the store knows of no earlier one. Raises
+    EvalsuiteError for what could not be run."""
+    store = Store(read=read_cache)
+    if not costs.read(store.root):
+        return None
+    with Workers(jobs) as workers, console.status("looking at what there is"):
+        return forecast.forecast(Run(store, workers, settings), cells).to_json()
 
 
 def _asked(settings: Settings, choice: Choice) -> dict:

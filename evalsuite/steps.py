@@ -53,6 +53,12 @@ class Settings:
     ledger: bool = True
 
 
+def about(source: SceneSource, target: str) -> dict[str, str | None]:
+    """What a reference is like, so that another's cost tells of its own."""
+    environment = source.environment.name if source.environment else None
+    return {"scene": source.path.stem, "environment": environment, "target": target, "bsdf": digest(source.bindings)[:12]}
+
+
 @dataclass
 class Progress:
     """Told what goes on; `cli` draws it. Every field is a function that may be called from several threads."""
@@ -78,6 +84,8 @@ class Steps:
         self._lock = threading.Lock()
         self._warned: set[str] = set()
         self._host: dict | None = None
+        #: What references took that were rendered, as `store.costs` keeps it.
+        self.costs: list[dict] = []
 
     def twin(self, settings: Settings, progress: Progress) -> Self:
         """The same steps under other settings; what one has made the other finds."""
@@ -207,9 +215,7 @@ class Steps:
 
     def image(self, source: SceneSource, technique: Technique, parameters: Mapping) -> tuple[Path, dict, bool, str]:
         """GPU picture: image.exr, scored.exr and, for a sampled technique, standard_error.exr."""
-        drawn = (self.settings.supersample, self.settings.seed)
-        room = surroundings.fingerprint(source) if technique.within_room else None
-        key = digest([self.fingerprint(source), technique.id, parameters, self._gpu_code(source, technique), *drawn, room])
+        key = self.image_key(source, technique, parameters)
 
         def make() -> tuple[Path, dict]:
             scene = self.model(source)
@@ -239,19 +245,19 @@ class Steps:
 
         return (*self.once("image", key, make), key)
 
+    def image_key(self, source: SceneSource, technique: Technique, parameters: Mapping) -> str:
+        """The store's key of a GPU picture."""
+        drawn = (self.settings.supersample, self.settings.seed)
+        room = surroundings.fingerprint(source) if technique.within_room else None
+        return digest([self.fingerprint(source), technique.id, parameters, self._gpu_code(source, technique), *drawn, room])
+
     def reference(
         self, source: SceneSource, target: str, seed: int = 0, decomposition: DecompositionSettings | None = None
     ) -> tuple[Path, dict, bool, str]:
         """Mitsuba picture: reference.exr, standard_error.exr, halves.npz; meta: samples, reached error, seconds.
         decomposition: how the targets `discs*` take the environment apart (None: with the default settings)."""
         settings = self.settings
-        plan = {"target": target, "target_error": settings.target_error, "cap": settings.cap, "seed": seed}
-        formulas = ("math/npr.py",) if target == LOOKUP else ()
-        code = [source_digest("reference", "compare/mask.py", *formulas)]
-        if target in DISCS:
-            plan["decomposition"] = decomposition or DecompositionSettings()
-            code += [file_digest(path) for path in module_files(PACKAGE / "lights" / "decompose.py")]
-        key = digest([self.fingerprint(source), plan, *code])
+        key, plan = self.reference_key(source, target, seed, decomposition)
 
         def make() -> tuple[Path, dict]:
             self.model(source)  # a scene that does not load says so in its own words
@@ -271,11 +277,27 @@ class Steps:
                 exr.write(folder / "standard_error.exr", step["standard_error"])
                 np.savez(folder / "halves.npz", a=step["halves"][0], b=step["halves"][1], skew=step["skew"])
 
-            entry = self.store.put("reference", key, {k: step[k] for k in ("spp", "reached_error", "seconds", "capped")}, fill)
+            facts = {k: step[k] for k in ("spp", "reached_error", "seconds", "capped")}
+            with self._lock:
+                pixels = int(np.prod(step["mean"].shape[:2]))
+                self.costs.append({"kind": "reference", **about(source, target), "pixels": pixels, **facts})
+            entry = self.store.put("reference", key, facts, fill)
             partial.unlink(missing_ok=True)
             return entry
 
         return (*self.once("reference", key, make), key)
+
+    def reference_key(
+        self, source: SceneSource, target: str, seed: int, decomposition: DecompositionSettings | None = None
+    ) -> tuple[str, dict]:
+        """The store's key of a reference, and what is asked of the worker for it."""
+        plan = {"target": target, "target_error": self.settings.target_error, "cap": self.settings.cap, "seed": seed}
+        formulas = ("math/npr.py",) if target == LOOKUP else ()
+        code = [source_digest("reference", "compare/mask.py", *formulas)]
+        if target in DISCS:
+            plan["decomposition"] = decomposition or DecompositionSettings()
+            code += [file_digest(path) for path in module_files(PACKAGE / "lights" / "decompose.py")]
+        return digest([self.fingerprint(source), plan, *code]), plan
 
     def object_mask(self, source: SceneSource) -> np.ndarray:
         """Pixels that the bound materials (all, when none is bound) cover whole in Mitsuba's eyes: (H, W) bool."""

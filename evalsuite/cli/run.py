@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -78,13 +79,12 @@ def run(
     if cap is not None and cap < 32:
         raise EvalsuiteError(f"--cap {cap}", "too few", "32 samples per pixel or more: the fewest that know their own scatter")
     directory = out_dir or Path("reports", "build", definition.name)
-    if dry_run:
-        rows = [{"cell": cell.id} for cell in cells]
-        print_json([row["cell"] for row in rows]) if as_json else print_table(rows, ["cell"], f"{len(cells)} cells")
-        return
     from evalsuite.pipeline import Settings
 
     settings = Settings(error, cap or usual, size_of(size) or definition.size, seed, repair_env, ledger=not no_ledger)
+    if dry_run:
+        _foretell(cells, settings, jobs, not no_cache, as_json)
+        return
     results = run_report(
         definition,
         cells,
@@ -109,6 +109,19 @@ def run(
         raise EvalsuiteError(
             worst["id"], worst["message"], "at least one cell that can be scored", "see the page for each cell's reason"
         )
+
+
+def _foretell(cells: Sequence, settings: object, jobs: int | None, read_cache: bool, as_json: bool) -> None:
+    """Print the cells, and what making them will take as far as earlier runs tell."""
+    from evalsuite.commands import predict
+    from evalsuite.forecast import in_words
+
+    found = predict(cells, settings, jobs=jobs, read_cache=read_cache, console=err)
+    if as_json:
+        print_json({"cells": [cell.id for cell in cells], "forecast": found})
+        return
+    print_table([{"cell": cell.id} for cell in cells], ["cell"], f"{len(cells)} cells")
+    print(in_words(found) if found else "no earlier run in the store to go by: what these take is not foretold")
 
 
 @app.command()

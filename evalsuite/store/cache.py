@@ -104,11 +104,16 @@ class Store:
 
     def __init__(self, root: Path | None = None, *, read: bool = True, warn: Callable[[str], None] = lambda text: None) -> None:
         self.root, self.warn, self._read = Path(root or cache_directory()), warn, read
+        self.written = 0  # bytes of the entries that this object made
         self._claimed: Claim | None = None
         self._claiming = threading.Lock()
 
     def path(self, kind: str, key: str) -> Path:
         return self.root / kind / key[:2] / key
+
+    def has(self, kind: str, key: str) -> bool:
+        """Whether `get` would look at an entry; not whether it is whole."""
+        return self._read and self.path(kind, key).is_dir()
 
     def get(self, kind: str, key: str) -> tuple[Path, dict] | None:
         """Folder and metadata of an entry, or None. It stays while this process lives."""
@@ -136,6 +141,7 @@ class Store:
                     fill(fresh)
                 (fresh / "meta.json").write_text(json.dumps(_plain(meta), indent=1))
                 checksums.write(fresh)
+                self.written += sum(file.stat().st_size for file in fresh.iterdir())
                 place = self._place(claim, fresh, place) if claim.keeps else fresh
             except BaseException:
                 shutil.rmtree(fresh, ignore_errors=True)

@@ -193,7 +193,31 @@ def test_technique_that_cannot_stand_for_a_material_says_so(evalsuite, tmp_path)
 def test_dry_run_lists_and_renders_nothing(evalsuite, tmp_path):
     outcome = evalsuite("run", "--dry-run", "--json", cwd=tmp_path)
     assert outcome.code == 0
-    assert len(json.loads(outcome.out)) > 20 and list(tmp_path.iterdir()) == []
+    assert len(json.loads(outcome.out)["cells"]) > 20 and list(tmp_path.iterdir()) == []
+
+
+def test_dry_run_foretells_from_earlier_runs(evalsuite, tmp_path):
+    """Without any, nothing; then what is left to make, in samples as the references are like, and nothing of what is there."""
+    (tmp_path / "s.xml").write_text(scene_xml())
+    words = ("run", "--scene", "s.xml", "-t", "diffuse-*", "--target", "unoccluded", "--no-ledger", "--out", "out")
+    own = {"cwd": tmp_path, "EVALSUITE_CACHE": str(tmp_path / "cache")}
+    first = json.loads(evalsuite(*words, "--dry-run", "--json", **own).out)
+    assert first["forecast"] is None and not (tmp_path / "cache").exists()
+    assert "not foretold" in evalsuite(*words, "--dry-run", **own).out
+    done = evalsuite(*words, "--json", **own)
+    assert done.code == 0, done.err
+    cells = json.loads(done.out)["cells"]
+    spp = {cell["reference_id"]: cell["cost"]["reference_spp"] for cell in cells}
+
+    again = json.loads(evalsuite(*words, "--dry-run", "--json", **own).out)["forecast"]
+    assert (again["cells"], again["made"], again["references"], again["samples"]) == (len(cells), 0, 0, 0)
+    assert "in the store" in evalsuite(*words, "--dry-run", **own).out
+    larger = json.loads(evalsuite(*words, "--size", "64x64", "--dry-run", "--json", **own).out)["forecast"]
+    assert larger["made"] == len(cells) and larger["references"] == len(spp)
+    assert 0.3 < larger["samples"] / (64 * 64 * sum(spp.values())) < 3
+    value, low, high = larger["seconds"]
+    assert 1 < low < value < high and larger["bytes"][0] > 1e5
+    assert json.loads(evalsuite(*words, "--no-cache", "--dry-run", "--json", **own).out)["forecast"]["made"] == len(cells)
 
 
 def test_render_reference_compare(evalsuite, tmp_path):
