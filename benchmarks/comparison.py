@@ -1,7 +1,8 @@
 """Metrics and maps of a 1080p pair, beside the time that FLIP's own C++ takes for its two maps.
 
-`evalsuite.compare` makes both FLIP maps (`flip`, `flip_hdr`) and all else: SSIM, ΔE, difference, relative error and metrics. FLIP
-itself is the library from PyPI, called with the same pictures and the same exposures (four for this pair), in the same process and with the same threads.
+`evalsuite.compare` makes both FLIP maps (`flip`, `flip_hdr`) and all else: SSIM, ΔE, difference, relative error and metrics.
+FLIP itself is the library from PyPI, called with the same pictures and the same exposures (four for this pair), in the same
+process and with the same threads.
 """
 
 from __future__ import annotations

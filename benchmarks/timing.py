@@ -1,8 +1,8 @@
 """Times and ratios of times with their 95 % intervals.
 
 A ratio is formed round by round, both sides one after the other in turns of order, so that what else the machine does falls on
-both. Times are skewed to the right and their noise is in proportion to them: values are geometric means, and intervals Student's t
-of the logarithms.
+both. Times are skewed to the right and their noise is in proportion to them: values are geometric means, and intervals
+Student's t of the logarithms.
 """
 
 from __future__ import annotations
