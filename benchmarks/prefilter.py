@@ -37,7 +37,7 @@ def measure(quick: bool) -> list[Figure]:
     found = [other for other in OTHERS if other.found]
     if not found:
         raise NotMeasured("none of the others is on the PATH: " + ", ".join(f"{o.name} ({o.package})" for o in OTHERS))
-    width, rounds = (64, 3) if quick else (256, 5)
+    width, rounds = (64, 3) if quick else (256, 4)
     radiance = exr.read(builtin.environment_path("office")).astype(np.float64)
     cube = cubemap.SeamlessCube(cubemap.box_mips(latlong_lookup(radiance, cubemap.texel_directions(width))))
     return [figure for other in found for figure in _against(other, cube, rounds)]

@@ -29,6 +29,16 @@ def measure(quick: bool) -> list[Figure]:
     fresh = [cell["id"] for cell in cells if cell["status"] == "scored" and not cell["cost"]["cached"]]
     if fresh:
         raise NotMeasured(f"the run again made anew {', '.join(fresh[:3])}")
-    value, ci95 = (100 * timing.ratio(again, first)[0], tuple(100 * end for end in timing.ratio(again, first)[1]))
+    value, (low, high) = timing.ratio(again, first)
     beside = f"first {timing.typical(first)}, again {timing.typical(again)}"
-    return [Figure(f"{len(cells)} cells, draft: again over first", value, ci95, len(first), "%", Limit(2.0), beside)]
+    return [
+        Figure(
+            f"{len(cells)} cells, draft: again over first",
+            100 * value,
+            (100 * low, 100 * high),
+            len(first),
+            "%",
+            Limit(2.0),
+            beside,
+        )
+    ]
