@@ -140,6 +140,8 @@ class Run(Steps):
         certificate = self.certificate(source)
         result["certificate"] = certificate
         image, image_meta, image_cached, image_key = self.image(source, technique, parameters)
+        if self.settings.ledger and certificate["passed"] and self._lifts(technique, cell.target, image_meta["parameters"]):
+            self.ahead(self.lifted, source, technique, image_meta["parameters"])  # Mitsuba need not wait for formulas
         reference, reference_meta, reference_cached, reference_key = self.reference(
             source, cell.target, self.settings.seed, DecompositionSettings.of(parameters)
         )
@@ -201,6 +203,11 @@ class Run(Steps):
         if self.settings.ledger:
             self._ledger(technique, cell.target, source, image_meta["parameters"], (image, image_key), result, files)
 
+    def _lifts(self, technique: Technique, target: str, parameters: Mapping) -> bool:
+        """Whether the ledger of a cell goes on below its truths, by lifting the technique's assumptions."""
+        below = any(name == "unoccluded" for name, _ in truths(technique, target, parameters, True))
+        return below and bool(technique.lifted(parameters))
+
     def _ledger(
         self,
         technique: Technique,
@@ -214,7 +221,7 @@ class Run(Steps):
         """The cell's error by cause, from its target down to the picture. parameters: all of the technique's."""
         causes: list[str] = []
         lifted = None
-        if technique.lifted(parameters) and "unoccluded" in {name for name, _ in truths(technique, target, parameters, True)}:
+        if self._lifts(technique, target, parameters):
             folder, meta, key = self.lifted(source, technique, parameters)
             causes, lifted = meta["causes"], (folder, key) if meta["causes"] else None
             result["notes"] += [f"Ledger: {meta['note']}"] if meta["note"] else []

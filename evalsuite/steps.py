@@ -6,6 +6,7 @@ continues where it stopped. The work itself runs in worker processes.
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import threading
 from collections.abc import Callable, Mapping, Sequence
@@ -121,6 +122,16 @@ class Steps:
             except BaseException as error:
                 future.set_exception(error)
         return future.result()
+
+    def ahead(self, step: Callable, *arguments: object) -> None:
+        """Begin a step that is needed later, on another lane than what comes first. Who asks for it then waits for it, and is
+        told what went wrong."""
+
+        def begin() -> None:
+            with contextlib.suppress(Exception):
+                step(*arguments)
+
+        threading.Thread(target=begin, daemon=True).start()
 
     def fingerprint(self, source: SceneSource) -> dict:
         """All that decides what a scene is: contents of its files, replaced parts, the code that loads it."""
