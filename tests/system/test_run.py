@@ -216,7 +216,8 @@ def test_dry_run_foretells_from_earlier_runs(evalsuite, tmp_path):
     assert larger["made"] == len(cells) and larger["references"] == len(spp)
     assert 0.3 < larger["samples"] / (64 * 64 * sum(spp.values())) < 3
     value, low, high = larger["seconds"]
-    assert 1 < low < value < high and larger["bytes"][0] > 1e5
+    # One run tells little of the next: the range is as wide as a factor of three.
+    assert 1 < value and 0 < low < value < high and larger["bytes"][0] > 1e5
     assert json.loads(evalsuite(*words, "--no-cache", "--dry-run", "--json", **own).out)["forecast"]["made"] == len(cells)
 
 
