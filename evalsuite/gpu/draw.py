@@ -73,7 +73,9 @@ def draw(scene: Scene, technique: Technique, parameters: Mapping[str, object], s
     shadow_ms = rounds * float(np.mean(before_ms[1:] or before_ms))
     totals = np.add(before_ms, stage.pass_ms)[1:]
     # The passes of a round may share what was drawn before them: then the rounds are what varies by itself.
-    spread_ms = rounds * _half_width([part.mean() for part in np.array_split(totals, rounds)] if rounds > 1 else totals)
+    spread_ms = rounds * _half_width(
+        [part.mean() for part in np.array_split(totals, rounds) if len(part)] if rounds > 1 else totals
+    )
     gpu_ms = own.frame_ms + shadow_ms + rounds * float(np.mean(stage.pass_ms[1:] or stage.pass_ms))
     return Drawing(
         image=mean[..., :3].astype(np.float32),
