@@ -76,9 +76,21 @@ def lock_of(directory: Path) -> Path:
     return own if own.exists() else builtin.reports_directory() / "figures" / lock.NAME
 
 
+def _as_locked(where: str, stated: Mapping) -> Path:
+    """A user's own file, with the content that it had. Raises EvalsuiteError for one that is gone or was changed."""
+    path = Path(stated["file"])
+    if not path.is_file():
+        raise EvalsuiteError(where, f"{path}, which is gone", "the file it was made with", "put it back")
+    if file_digest(path) != stated.get("sha256"):
+        raise EvalsuiteError(
+            where, f"{path}, which was changed", "the file it was made with", "put it back, or make the figures again"
+        )
+    return path
+
+
 def verify(ids: Sequence[str], locked: Path, *, jobs: int | None, read_cache: bool, console: Console) -> list[dict]:
     """Make figures again as a lock says they were made, and hold them against it; one dictionary a figure (`lock.Check`). ids: of
-    them; none is all that the lock has. Raises EvalsuiteError for a lock that cannot be read, or files it names that are gone."""
+    them; none is all that the lock has. Raises EvalsuiteError for a lock that cannot be read, or files of it gone or changed."""
     whole = lock.read(locked)
     known = [name for name in figures.FIGURES if name in whole["figures"]]
     wanted = [figure.id for figure in figures.choose(ids)] if ids else known
@@ -86,11 +98,9 @@ def verify(ids: Sequence[str], locked: Path, *, jobs: int | None, read_cache: bo
         if name not in known:
             raise EvalsuiteError(f"{locked}, {name}", "not in it", "a figure made before", f"type `evalsuite figures {name}`")
     stated = whole["asked"]
-    own = {option: {role: Path(one["file"]) for role, one in stated[option].items()} for option in ("env", "mesh")}
-    for files in own.values():
-        for role, path in files.items():
-            if not path.is_file():
-                raise EvalsuiteError(f"{locked}, {role}", f"{path}, which is gone", "the file it was made with", "put it back")
+    own = {
+        option: {role: _as_locked(f"{locked}, {role}", one) for role, one in stated[option].items()} for option in ("env", "mesh")
+    }
     settings = Settings(stated["target_error"], stated["cap"], tuple(stated["size"]) if stated["size"] else None, 0, False,
                         ledger=False)  # fmt: skip
     with tempfile.TemporaryDirectory(prefix="evalsuite-") as folder:

@@ -36,8 +36,8 @@ GRANTED = (6.0, 1.0, 8.0)
 @dataclass(frozen=True)
 class Forecast:
     """cells: planned; made: of them those with something left to make. references: to render; samples: in all, over all pixels.
-    seconds, bytes: of the run and of what it adds to the store and its folder; each with the range that nine of ten earlier runs
-    kept to, None without earlier runs to go by."""
+    seconds, bytes: of the run and of what it adds to the store and its folder; each with the ends of the range that nine in ten
+    should keep to."""
 
     cells: int
     made: int

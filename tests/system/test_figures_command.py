@@ -59,7 +59,8 @@ def test_a_figure_of_rendered_cells(evalsuite, tmp_path):
 def test_a_mesh_of_ones_own_and_whether_it_comes_out_again(evalsuite, tmp_path):
     """The lock of a figure with the user's mesh; made again it reproduces; with another number in the lock it does not."""
     asked = ("figures", "000-fig4", "--size", "32x32", "--target-error", "0.1")
-    mesh = scenes_directory() / "meshes" / "sphere72.ply"
+    mesh = tmp_path / "mine.ply"
+    mesh.write_bytes((scenes_directory() / "meshes" / "sphere72.ply").read_bytes())
     done = evalsuite(*asked, "--mesh", f"bunny={mesh}", "--out", tmp_path, "--json")
     assert done.code == 0, done.err
     (numbers,) = json.loads(done.out)
@@ -79,6 +80,9 @@ def test_a_mesh_of_ones_own_and_whether_it_comes_out_again(evalsuite, tmp_path):
     lock.write_text(json.dumps(locked))
     moved = evalsuite("figures", "--verify", "--out", tmp_path)
     assert moved.code == 1 and "no longer reproduces" in moved.out and "rel_rmse" in moved.out
+    mesh.write_bytes(mesh.read_bytes() + b" ")
+    changed = evalsuite("figures", "--verify", "--out", tmp_path)
+    assert changed.code == 2 and "which was changed" in changed.err
     wrong = [("figures", "--verify", "002-fig3", "--out", tmp_path), (*asked, "--mesh", f"hare={mesh}"),
              (*asked, "--mesh", "bunny=gone.ply")]  # fmt: skip
     for words in wrong:

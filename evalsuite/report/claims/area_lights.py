@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import t as student
 
 from evalsuite.lights.decompose import decompose
 from evalsuite.math.sphere import latlong_directions, latlong_solid_angles
+from evalsuite.report.claims.intervals import above, below, mean
 from evalsuite.report.claims.verdict import FAILS, HOLDS, LIMITS, UNTESTED, Finding
 from evalsuite.report.numbers import measured
 
@@ -79,11 +79,9 @@ def larger() -> Finding:
         lights = decompose(radiance).lights
         # One region may become several lights; the largest is its own.
         ratios.append(max(light.solid_angle for light in lights) / float(omega[region].sum()))
-    mean, error = float(np.mean(ratios)), float(np.std(ratios, ddof=1) / REGIONS**0.5)
-    half_width = float(student.ppf(0.975, REGIONS - 1)) * error
-    metric = {"value": mean, "ci95": [mean - half_width, mean + half_width]}
+    metric = mean(ratios)
     text = f"solid angle of the light over that of a bright rectangle, mean of {REGIONS}: {measured(metric)}"
-    if metric["ci95"][0] > 1:
+    if above(metric, 1.0):
         return Finding(HOLDS, text, "", metric)
-    why = "not larger" if metric["ci95"][1] < 1 else "noise decides"
-    return Finding(FAILS if metric["ci95"][1] < 1 else LIMITS, text, why, metric)
+    smaller = below(metric, 1.0)
+    return Finding(FAILS if smaller else LIMITS, text, "not larger" if smaller else "noise decides", metric)

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
 
 from evalsuite.lights.decompose import PAPER, decompose, flat_discs, radii
 from evalsuite.lights.filter_bank import Pyramid
 from evalsuite.lights.model import Decomposition, Light
 from evalsuite.math.sphere import latlong_directions, latlong_solid_angles
+from evalsuite.report.claims.intervals import mean
 from evalsuite.report.figures import style
 from evalsuite.report.numbers import measured
 
@@ -81,8 +81,6 @@ def data() -> dict[str, Any]:
         lights = decompose(disc_map(direction / np.linalg.norm(direction), of_disc[k], 0.001)).lights
         of_light[k] = lights[0].angular_radius if lights else np.nan
     ratio = of_light / of_disc
-    half = float(student.ppf(0.975, DISCS - 1) * ratio.std(ddof=1) / DISCS**0.5)
-    mean = float(ratio.mean())
     return {
         "sizes": sizes, "responses": responses, "picked": picked, "discs": of_disc, "lights": of_light,
         "measured": {
@@ -92,7 +90,7 @@ def data() -> dict[str, Any]:
             "step": float(sizes[1] / sizes[0]),
             "disc_deg": DISC_DEG,
             "picked_deg": {f"{ground:g}": None if r is None else float(np.degrees(r)) for ground, r in picked.items()},
-            "light_over_disc": {"value": mean, "ci95": [mean - half, mean + half]},
+            "light_over_disc": mean(ratio),
             "least_and_most": [float(ratio.min()), float(ratio.max())],
         },
     }  # fmt: skip
