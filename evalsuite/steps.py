@@ -17,7 +17,7 @@ from typing import Self
 
 import numpy as np
 
-from evalsuite import surroundings
+from evalsuite import references, surroundings
 from evalsuite.compare.certificate import certify
 from evalsuite.compare.mask import whole_pixels
 from evalsuite.compare.regions import Surfaces
@@ -28,6 +28,8 @@ from evalsuite.image import exr
 from evalsuite.image.color import luminance
 from evalsuite.lights.model import DecompositionSettings
 from evalsuite.plan import DISCS, QUALITY, UNSHADOWED
+from evalsuite.reference import passes
+from evalsuite.reference.passes import RenderState
 from evalsuite.scene.dependencies import dependencies
 from evalsuite.scene.model import GBuffer, Scene, SceneSource
 from evalsuite.scene.outline import outline_from_json, outline_to_json
@@ -271,26 +273,23 @@ class Steps:
         key, plan = self.reference_key(source, target, seed, decomposition)
 
         def make() -> tuple[Path, dict]:
-            self.model(source)  # a scene that does not load says so in its own words
-            mask = self.object_mask(source)
-            partial = self.store.partial(key)
-            while True:
-                step = self.workers.reference.call("evalsuite.reference.worker:sample", source, plan, mask, str(partial))
-                self.progress.step(
-                    f"reference {source.path.stem}, {target}: {step['spp']} spp, {step['reached_error']:.2%} of "
-                    f"{settings.target_error:.2%}"
-                )
-                if step["done"]:
-                    break
+            size = self.model(source).camera.size  # a scene that does not load says so in its own words
+            mask, partial = self.object_mask(source), self.store.partial(key)
+
+            def tell(state: RenderState, error: float) -> None:
+                reached = f"{state.spp} spp, {error:.2%} of {settings.target_error:.2%}"
+                self.progress.step(f"reference {source.path.stem}, {target}: {reached}")
+
+            state, error = references.sampled(self.workers.reference, source, size, plan, mask, partial, tell)
 
             def fill(folder: Path) -> None:
-                exr.write(folder / "reference.exr", step["mean"])
-                exr.write(folder / "standard_error.exr", step["standard_error"])
-                np.savez(folder / "halves.npz", a=step["halves"][0], b=step["halves"][1], skew=step["skew"])
+                exr.write(folder / "reference.exr", state.mean)
+                exr.write(folder / "standard_error.exr", passes.standard_error(state, mask))
+                np.savez(folder / "halves.npz", a=state.halves[0], b=state.halves[1], skew=state.skew)
 
-            facts = {k: step[k] for k in ("spp", "reached_error", "seconds", "capped")}
+            facts = {"spp": state.spp, "reached_error": error, "seconds": state.seconds, "capped": error > settings.target_error}
             with self._lock:
-                pixels = int(np.prod(step["mean"].shape[:2]))
+                pixels = size[0] * size[1]
                 self.costs.append({"kind": "reference", **about(source, target), "pixels": pixels, **facts})
             entry = self.store.put("reference", key, facts, fill)
             partial.unlink(missing_ok=True)

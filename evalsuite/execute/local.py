@@ -20,6 +20,7 @@ from concurrent.futures import TimeoutError as FutureTimeout
 from concurrent.futures.process import BrokenProcessPool
 from importlib import import_module
 from pathlib import Path
+from queue import SimpleQueue
 
 from evalsuite.errors import WorkerFailed
 
@@ -27,9 +28,11 @@ from evalsuite.errors import WorkerFailed
 TASK_LIMIT_S = 1800.0
 
 
-def _start_worker(log: str) -> None:
+def _start_worker(log: str, threads: int | None) -> None:
     """First thing in a worker: native libraries print to a log instead of the user's terminal, Ctrl-C is the parent's to
     handle, and a worker whose parent was killed ends itself."""
+    if threads and not os.environ.get("EVALSUITE_THREADS"):
+        os.environ["EVALSUITE_THREADS"] = str(threads)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     descriptor = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
     os.dup2(descriptor, 1)
@@ -54,11 +57,11 @@ class Lane:
 
     submit("package.module:function", *arguments) returns a Future (a name, so that the main process need not import what
     the worker runs). EvalsuiteError raised by the function arrives as it is, a death or a hang arrives as WorkerFailed
-    with the last line that the process wrote.
+    with the last line that the process wrote. threads: of Mitsuba in it, where no EVALSUITE_THREADS says otherwise.
     """
 
-    def __init__(self, name: str, limit_s: float = TASK_LIMIT_S) -> None:
-        self.name, self._limit_s = name, limit_s
+    def __init__(self, name: str, limit_s: float = TASK_LIMIT_S, threads: int | None = None) -> None:
+        self.name, self._limit_s, self._threads = name, limit_s, threads
         self._queue = ThreadPoolExecutor(1, thread_name_prefix=name)
         self._pool: ProcessPoolExecutor | None = None
         handle, self._log = tempfile.mkstemp(prefix=f"evalsuite-{name}-", suffix=".log")
@@ -78,7 +81,9 @@ class Lane:
         if self._pool is None:
             context = multiprocessing.get_context("spawn")
             with _importable_main():
-                self._pool = ProcessPoolExecutor(1, mp_context=context, initializer=_start_worker, initargs=(self._log,))
+                self._pool = ProcessPoolExecutor(
+                    1, mp_context=context, initializer=_start_worker, initargs=(self._log, self._threads)
+                )
                 future = self._pool.submit(_invoke, function, *arguments)
         else:
             future = self._pool.submit(_invoke, function, *arguments)
@@ -165,24 +170,48 @@ class _importable_main:
             self._main.__file__ = self._file
 
 
-class Workers:
-    """The lanes of a run: one for OpenGL, one for Mitsuba (both use all cores by themselves), one for techniques' formulas in
-    float64, `jobs` for comparisons."""
+class Pool:
+    """`width` lanes that take tasks as they become free; same interface as one."""
 
-    def __init__(self, jobs: int | None = None) -> None:
-        self.gpu, self.reference, self.formulas = Lane("gpu"), Lane("reference"), Lane("formulas")
-        self._compare = [Lane(f"compare-{k}") for k in range(max(1, jobs or os.cpu_count() or 1))]
-        self._next, self._lock = 0, threading.Lock()
+    def __init__(self, name: str, width: int, threads: int | None = None) -> None:
+        self.width = width
+        self._lanes = [Lane(name if width == 1 else f"{name}-{k}", threads=threads) for k in range(width)]
+        self._free: SimpleQueue[Lane] = SimpleQueue()
+        for lane in self._lanes:
+            self._free.put(lane)
+        self._queue = ThreadPoolExecutor(width, thread_name_prefix=name)
 
-    @property
-    def compare(self) -> Lane:
-        """The lanes in turn."""
-        with self._lock:
-            self._next = (self._next + 1) % len(self._compare)
-            return self._compare[self._next]
+    def submit(self, function: str, *arguments: object) -> Future:
+        return self._queue.submit(self._on_a_free_lane, function, arguments)
+
+    def call(self, function: str, *arguments: object) -> object:
+        return self.submit(function, *arguments).result()
+
+    def _on_a_free_lane(self, function: str, arguments: tuple) -> object:
+        lane = self._free.get()
+        try:
+            return lane.call(function, *arguments)
+        finally:
+            self._free.put(lane)
 
     def close(self) -> None:
-        for lane in (self.gpu, self.reference, self.formulas, *self._compare):
+        self._queue.shutdown(wait=False, cancel_futures=True)
+        for lane in self._lanes:
+            lane.close()
+
+
+class Workers:
+    """The workers of a run: `gpu` for OpenGL, which uses all cores by itself; `reference` for Mitsuba, `jobs` processes
+    that share the cores (by default one that uses all); `formulas` for techniques in float64; `compare` for comparisons."""
+
+    def __init__(self, jobs: int | None = None) -> None:
+        cores = os.cpu_count() or 1
+        self.gpu, self.formulas = Lane("gpu"), Lane("formulas")
+        self.reference = Pool("reference", jobs or 1, threads=-(-cores // jobs) if jobs else None)
+        self.compare = Pool("compare", max(1, jobs or cores))
+
+    def close(self) -> None:
+        for lane in (self.gpu, self.reference, self.formulas, self.compare):
             lane.close()
 
     def __enter__(self) -> Workers:

@@ -1,251 +1,70 @@
-"""Ground truth in passes: mean, per-pixel standard error and skew, two independent halves, reproducible to the bit.
-
-Pass k renders the same number of multi-jittered samples with a seed made of (seed, k), and its mean is added in float64, in
-order. So a stopped run continues to the same bits, and a longer run contains the shorter one. Samples within a pass are
-stratified against each other (a tenth of the variance of independent ones in smooth lighting), hence not independent; the
-passes are, so the standard error comes from their scatter alone.
-"""
+"""Passes of ground truth, rendered by Mitsuba; `reference.passes` adds them up."""
 
 from __future__ import annotations
 
-import io
 import json
-import math
 import time
 from collections import OrderedDict
-from dataclasses import dataclass, replace
-from pathlib import Path
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from evalsuite.errors import EvalsuiteError
 from evalsuite.image.files import file_stamp
 from evalsuite.lights.model import DecompositionSettings
 from evalsuite.reference.integrators import TARGETS, integrator
+from evalsuite.reference.passes import RUNGS, RenderState, added, blank, pass_seed
 from evalsuite.reference.room import near_field
 from evalsuite.reference.variants import activate
 from evalsuite.scene.dependencies import dependencies
 from evalsuite.scene.load import LoadedScene, load
 from evalsuite.scene.model import SceneSource
-from evalsuite.store.cache import write_atomic
-from evalsuite.store.checksums import seal, unseal
-
-MIN_PASSES = 8  # fewer say little about their own scatter: with 8 a pixel's standard error is known to 1/√(2·7) = 27 %
-
-#: Samples per pixel of a pass. Powers of four: multi-jittering takes no other count as it is, and powers of two make film
-#: sums bit-identical on any number of threads. More samples stratify better, fewer find out sooner that they suffice.
-RUNGS = (16, 64, 256, 1024)
-CLIMB = 4 * MIN_PASSES  # passes still needed at which the next rung's own first look costs no more than staying
-MAX_PASS_SAMPLES = 2**27  # of a pass over the whole film: about ten seconds on two cores
 
 
-@dataclass(frozen=True, eq=False)
-class RenderState:
-    """Everything that a reference has gathered so far; picklable.
-
-    even, odd: (H, W, 3) float64 sums of the radiance of even and odd passes: two independent halves. squares, cubes: (H, W, 3)
-    float64 sums of the squares and cubes of all passes' radiance. pass_spp: samples per pixel of one pass. passes: how many.
-    seed: the run's. seconds: time spent rendering (not part of the result).
-    """
-
-    even: NDArray[np.float64]
-    odd: NDArray[np.float64]
-    squares: NDArray[np.float64]
-    cubes: NDArray[np.float64]
-    pass_spp: int
-    passes: int
-    seed: int
-    seconds: float = 0.0
-
-    @property
-    def spp(self) -> int:
-        """Samples per pixel so far."""
-        return self.passes * self.pass_spp
-
-    @property
-    def mean(self) -> NDArray[np.float32]:
-        """Radiance, (H, W, 3)."""
-        return ((self.even + self.odd) / self.passes).astype(np.float32)
-
-    @property
-    def standard_error(self) -> NDArray[np.float32]:
-        """Of `mean`, (H, W, 3): √(unbiased variance of a pass / passes), with passes − 1 degrees of freedom; infinite for a
-        single pass. Never below 2⁻²² of the mean: a pass is a float32 sum, whose rounding does not average out."""
-        k = self.passes
-        if k < 2:
-            return np.full(self.even.shape, np.inf, np.float32)
-        mean = (self.even + self.odd) / k
-        variance = np.maximum(self.squares / k - mean**2, 0.0) * (k / (k - 1.0))
-        return np.maximum(np.sqrt(variance / k), 2.0**-22 * np.abs(mean)).astype(np.float32)
-
-    @property
-    def skew(self) -> NDArray[np.float32]:
-        """Cube root of the third cumulant of `mean`'s noise [radiance], (H, W, 3): that of a pass, without bias (k-statistic),
-        over passes²; 0 for fewer than three. Of a normal variable it is 0, of radiance that few samples find positive."""
-        k = self.passes
-        if k < 3:
-            return np.zeros(self.even.shape, np.float32)
-        mean = (self.even + self.odd) / k
-        central = self.cubes / k - 3 * mean * (self.squares / k) + 2 * mean**3
-        return np.cbrt(central / ((k - 1.0) * (k - 2.0))).astype(np.float32)
-
-    @property
-    def halves(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Means of the even and of the odd passes, independent of each other; needs two passes."""
-        odd_passes = self.passes // 2
-        if odd_passes == 0:
-            raise EvalsuiteError("reference", "one pass", "at least two, one for each half")
-        return (self.even / (self.passes - odd_passes)).astype(np.float32), (self.odd / odd_passes).astype(np.float32)
+def passes(
+    source: SceneSource,
+    target: str,
+    pass_spp: int,
+    numbers: range,
+    seed: int = 0,
+    decomposition: DecompositionSettings | None = None,
+) -> Iterator[NDArray[np.float32]]:
+    """Radiance (H, W, 3) of the passes `numbers` of `target`, of `pass_spp` samples a pixel each. seed: of the run.
+    decomposition: how a target that takes the environment apart does so (None: with the default settings). Raises EvalsuiteError
+    for a scene that cannot be loaded, an unknown target, or samples that are NaN or Inf (never swept away)."""
+    loaded = load_cached(source, target in TARGETS and TARGETS[target].within_room)
+    chosen = integrator(target, loaded.scene.environment, decomposition)
+    for number in numbers:
+        image = chosen.render(loaded.mitsuba, 0, seed=pass_seed(seed, number), spp=pass_spp)
+        radiance = np.array(image, dtype=np.float32)[..., :3]
+        _require_finite(radiance, source, target, number)
+        yield radiance
 
 
-_STATE = ("even", "odd", "squares", "cubes", "pass_spp", "passes", "seconds")
-
-
-def save_state(state: RenderState, path: Path) -> None:
-    """Write a state to a file, a sealed .npz, atomically. Raises Unwritable when the folder cannot be written."""
-    data = io.BytesIO()
-    np.savez(data, **{name: getattr(state, name) for name in _STATE}, seed=np.uint64(state.seed))
-    write_atomic(path, seal(data.getvalue()))
-
-
-def load_state(path: Path, seed: int) -> RenderState | None:
-    """A state from its file; None when there is none, or what is there is damaged or of another seed."""
-    try:
-        whole = unseal(path.read_bytes())
-    except OSError:
-        return None
-    if whole is None:
-        return None
-    with np.load(io.BytesIO(whole)) as data:
-        values = {name: data[name] for name in _STATE}
-        if int(data["seed"]) != seed:
-            return None
-    return RenderState(
-        values["even"],
-        values["odd"],
-        values["squares"],
-        values["cubes"],
-        int(values["pass_spp"]),
-        int(values["passes"]),
-        seed,
-        float(values["seconds"]),
-    )
-
-
-def fresh(source: SceneSource, seed: int = 0, pass_spp: int = RUNGS[1], seconds: float = 0.0) -> RenderState:
-    """A state without any pass. seconds: already spent on a state given up for this one."""
-    width, height = load_cached(source).scene.camera.size
-    zeros = np.zeros((height, width, 3))
-    return RenderState(zeros, zeros, zeros, zeros, pass_spp, 0, seed, seconds)
+def fresh(source: SceneSource, seed: int = 0, pass_spp: int = RUNGS[1]) -> RenderState:
+    """A state without any pass, of the scene's size."""
+    return blank(load_cached(source).scene.camera.size, seed, pass_spp)
 
 
 def advance(
     source: SceneSource,
     target: str,
     state: RenderState | None,
-    passes: int,
+    count: int,
     seed: int = 0,
     decomposition: DecompositionSettings | None = None,
 ) -> RenderState:
-    """The state after `passes` more passes of `target`.
-
-    state: None to start. seed: of the run; a state keeps its own. decomposition: how a target that takes the environment
-    apart does so (None: with the default settings). Raises EvalsuiteError for a scene that cannot be loaded,
-    an unknown target, or samples that are NaN or Inf (never swept away).
-    """
-    loaded = load_cached(source, target in TARGETS and TARGETS[target].within_room)
-    chosen = integrator(target, loaded.scene.environment, decomposition)
-    width, height = loaded.scene.camera.size
-    if state is None:
-        state = fresh(source, seed)
+    """The state after `count` more passes of `target`; see `passes`. state: None to start; a state keeps its own seed."""
+    state = state or fresh(source, seed)
+    width, height = load_cached(source).scene.camera.size
     if state.even.shape != (height, width, 3):
         raise EvalsuiteError("reference", f"a state of {state.even.shape[1]}×{state.even.shape[0]}", f"{width}×{height}")
-    even, odd, squares, cubes = (sums.copy() for sums in (state.even, state.odd, state.squares, state.cubes))
-    started = time.perf_counter()
-    for number in range(state.passes, state.passes + passes):
-        image = chosen.render(loaded.mitsuba, 0, seed=pass_seed(state.seed, number), spp=state.pass_spp)
-        radiance = np.array(image, dtype=np.float64)[..., :3]
-        _require_finite(radiance, source, target, number)
-        (odd if number % 2 else even)[...] += radiance
-        squares += radiance**2
-        cubes += radiance**3
-    seconds = state.seconds + time.perf_counter() - started
-    return replace(state, even=even, odd=odd, squares=squares, cubes=cubes, passes=state.passes + passes, seconds=seconds)
-
-
-def pass_seed(seed: int, number: int) -> int:
-    """32-bit seed of a pass, mixed so that neither neighbouring runs nor neighbouring passes share streams."""
-    return int(np.random.SeedSequence([seed, number]).generate_state(1)[0])
-
-
-#: Side of the window over which neighbouring pixels' variances are pooled.
-POOL = 5
-#: A pixel whose own variance is this many times its neighbours' keeps its own: beyond what chance does to an estimate from
-#: eight passes (99.9 % of χ²₇/7 lies below 3.5).
-OUTLIER = 3.5
-
-
-def standard_error(state: RenderState, mask: NDArray | None = None) -> NDArray[np.float32]:
-    """Standard error of `state.mean`, (H, W, 3), with each pixel's variance pooled over its neighbours on the same side of
-    `mask` (a picture without one is all one side).
-
-    A few passes know a pixel's own scatter to a quarter at best, and a Z-test with such an error has heavy tails (Student's
-    t). The noise changes slowly over an object, so its neighbours know the same scatter: 25 pixels make it good to 5 %.
-    """
-    own = state.standard_error.astype(np.float64) ** 2
-    inside = np.ones(own.shape[:2], bool) if mask is None else np.asarray(mask) > 0
-    pooled = own.copy()
-    for side in (inside, ~inside):
-        if side.any():
-            weight = ndimage.uniform_filter(side.astype(np.float64), POOL, mode="constant")[..., None]
-            total = ndimage.uniform_filter(np.where(side[..., None], own, 0.0), (POOL, POOL, 1), mode="constant")
-            local = np.divide(total, weight, out=np.zeros_like(total), where=weight > 0)
-            agrees = side[..., None] & (own <= OUTLIER * local)
-            pooled[agrees] = local[agrees]
-    return np.sqrt(np.maximum(pooled, 0.0)).astype(np.float32)
-
-
-def relative_error(state: RenderState, mask: NDArray | None = None) -> float:
-    """mean SE / mean L over mask's pixels (all where None) and channels: the standard error that a pixel has on average,
-    relative to the mean radiance. 0 for a black picture or an empty mask.
-
-    Not the root mean square: a few small highlights would then decide how long a whole picture is sampled; their own
-    standard errors are larger, and every metric's interval carries them."""
-    error, mean = standard_error(state, mask).astype(np.float64), state.mean.astype(np.float64)
-    if mask is not None:
-        inside = np.asarray(mask) > 0
-        error, mean = error[inside], mean[inside]
-    if mean.size == 0 or mean.mean() == 0.0:
-        return 0.0
-    return float(error.mean() / abs(mean.mean()))
-
-
-def plan(state: RenderState, target_error: float, cap_spp: int, mask: NDArray | None = None) -> int:
-    """How many passes to render next: 0 when the relative error or the cap is reached; never more than doubles the passes,
-    since the first estimates are rough; even where the cap allows, to keep the halves balanced. Deterministic."""
-    cap = max(cap_spp // state.pass_spp, 2)
-    goal = min(MIN_PASSES, cap)
-    if state.passes >= goal:
-        error = relative_error(state, mask)
-        if error <= target_error or state.passes >= cap:
-            return 0
-        goal = min(math.ceil(state.passes * (error / target_error) ** 2), 2 * state.passes, cap)
-    more = max(goal - state.passes, 1)
-    return min(more + more % 2, max(cap - state.passes, 1))
-
-
-def climbs(state: RenderState, target_error: float, cap_spp: int, mask: NDArray | None = None) -> bool:
-    """Whether to start over with four times the samples in a pass, asked once, after the first passes: their better
-    stratification then saves more than the few samples thrown away (1413 instead of 3033 samples a pixel from 16 to 64, 692
-    with 256, for a Phong sphere, N = 10, in an interior)."""
-    height, width = state.even.shape[:2]
-    pass_spp = 4 * state.pass_spp
-    if state.passes != MIN_PASSES or pass_spp > RUNGS[-1] or pass_spp * width * height > MAX_PASS_SAMPLES:
-        return False
-    return pass_spp * MIN_PASSES <= cap_spp and state.passes * (relative_error(state, mask) / target_error) ** 2 > CLIMB
+    numbers, started = range(state.passes, state.passes + count), time.perf_counter()
+    state = added(state, passes(source, target, state.pass_spp, numbers, state.seed, decomposition))
+    return replace(state, seconds=state.seconds + time.perf_counter() - started)
 
 
 def _require_finite(radiance: NDArray[np.float64], source: SceneSource, target: str, number: int) -> None:

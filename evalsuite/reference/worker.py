@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from evalsuite.lights.model import DecompositionSettings
 from evalsuite.reference import render, room, variants
 from evalsuite.reference.gbuffer import trace_gbuffer
-from evalsuite.reference.render import RenderState
+from evalsuite.reference.passes import RenderState, pass_seed
 from evalsuite.reference.shadow_regions import visible_light
 from evalsuite.scene.model import Environment, GBuffer, Room, Scene, SceneSource
 
@@ -57,46 +57,18 @@ def advance(
     return render.advance(source, target, state, passes, seed, decomposition)
 
 
-#: Passes between two looks at the error, which is also how much work a killed run can lose: a few seconds.
-PASSES_PER_STEP = 16
-
-
 def activate() -> dict[str, Any]:
     """Bring Mitsuba up; returns {mitsuba, variant, drjit, llvm, cpu} for provenance. Raises MachineLacks."""
     return variants.facts()
 
 
-def sample(source: SceneSource, plan: Mapping[str, Any], mask: NDArray[np.bool_], partial: str) -> dict[str, Any]:
-    """One step of a reference: continue from the file `partial` (if there is one), a few passes further, and leave the state
-    there; the step that reaches the goal returns the picture instead and leaves the file alone.
-
-    plan: target, target_error, cap (samples per pixel), seed, and decomposition where the target has one. mask: (H, W),
-    where the error counts.
-    Returns done, spp, passes, reached_error, capped, seconds, and when done mean, standard_error, halves and skew.
-    """
-    path = Path(partial)
-    state = render.load_state(path, plan["seed"]) or render.fresh(source, plan["seed"], render.RUNGS[0])
-    passes = render.plan(state, plan["target_error"], plan["cap"], mask)
-    if passes:
-        passes, decomposition = min(passes, PASSES_PER_STEP), plan.get("decomposition")
-        state = render.advance(source, plan["target"], state, passes, plan["seed"], decomposition)
-    reached = render.relative_error(state, mask)
-    done = render.plan(state, plan["target_error"], plan["cap"], mask) == 0
-    step = {
-        "done": done,
-        "spp": state.spp,
-        "passes": state.passes,
-        "reached_error": reached,
-        "capped": done and reached > plan["target_error"],
-        "seconds": state.seconds,
-    }
-    if not done:
-        if render.climbs(state, plan["target_error"], plan["cap"], mask):
-            state = render.fresh(source, plan["seed"], 4 * state.pass_spp, state.seconds)
-        render.save_state(state, path)
-        return step
-    found = {"mean": state.mean, "standard_error": render.standard_error(state, mask), "halves": state.halves, "skew": state.skew}
-    return step | found
+def passes(
+    source: SceneSource, target: str, pass_spp: int, numbers: range, seed: int, decomposition: DecompositionSettings | None = None
+) -> tuple[NDArray[np.float32], float]:
+    """Radiance of some passes of a reference, (K, H, W, 3), and the seconds that they took; see `render.passes`."""
+    started = time.perf_counter()
+    found = np.stack(list(render.passes(source, target, pass_spp, numbers, seed, decomposition)))
+    return found, time.perf_counter() - started
 
 
 def bake_room(source: SceneSource) -> Room:
@@ -129,7 +101,7 @@ def albedo(
     means, errors = [], []
     for number, cosine in enumerate(cos_thetas):
         sampler = mi.load_dict({"type": "independent"})
-        sampler.seed(render.pass_seed(seed, number), samples)
+        sampler.seed(pass_seed(seed, number), samples)
         si = dr.zeros(mi.SurfaceInteraction3f, samples)
         si.wi = mi.Vector3f(float(np.sqrt(max(1.0 - cosine * cosine, 0.0))), 0.0, float(cosine))
         si.n, si.sh_frame = mi.Normal3f(0.0, 0.0, 1.0), mi.Frame3f(mi.Normal3f(0.0, 0.0, 1.0))

@@ -309,8 +309,7 @@ def test_settings_reach_the_decomposition(tmp_path, monkeypatch):
     worker.advance(source, "discs", None, 1)
     worker.advance(source, "discs", None, 1, 0, DecompositionSettings(stop=0.1))
     worker.advance(source, "direct", None, 1, 0, DecompositionSettings(stop=0.2))
-    plan = {"target": "discs", "target_error": 0.5, "cap": 32, "seed": 0, "decomposition": DecompositionSettings(stop=0.3)}
-    assert worker.sample(source, plan, inside(source), str(tmp_path / "partial.npz"))["done"]
+    worker.passes(source, "discs", 16, range(1), 0, DecompositionSettings(stop=0.3))
     assert asked == [((4, 8, 3), one) for one in (DecompositionSettings(), *(DecompositionSettings(stop=s) for s in (0.1, 0.3)))]
 
 

@@ -14,11 +14,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from evalsuite import references
 from evalsuite.compare import compare
 from evalsuite.compare.comparison import debiased_metrics, noisy_picture, noisy_reference
 from evalsuite.compare.decide import difference
 from evalsuite.compare.mask import whole_pixels
-from evalsuite.reference import render, variants, worker
+from evalsuite.reference import passes, render, variants, worker
+from tests.unit.reference.in_process import Here
 
 DEBIASED = ("mse", "rmse", "relmse", "rel_rmse", "bias", "rel_bias", "difference")
 #: They grow with noise by their nature: their intervals reach to the noise-free value, and may promise too little.
@@ -93,18 +95,17 @@ def test_intervals_hold_the_high_sample_value(case, rows, tmp_path, monkeypatch)
     def low(seed):
         partial = tmp_path / "partial.npz"
         plan = {"target": case.target, "target_error": case.error, "cap": 4096, "seed": seed}
-        while not (step := worker.sample(source, plan, mask, str(partial)))["done"]:
-            pass
+        state, _ = references.sampled(Here(), source, mask.shape[::-1], plan, mask, partial, lambda state, error: None)
         partial.unlink(missing_ok=True)
-        return step
+        return state
 
     state = render.advance(source, case.target, render.fresh(source, 10_000, 1024), 100, 10_000)
-    exact = metrics(state.mean, render.standard_error(state, mask), state.halves, state.skew)
+    exact = metrics(state.mean, passes.standard_error(state, mask), state.halves, state.skew)
     hits, samples = Counter(), []
     for seed in range(REPETITIONS):
-        step = low(seed)
-        samples.append(step["spp"])
-        for name, metric in metrics(step["mean"], step["standard_error"], step["halves"], step["skew"]).items():
+        state = low(seed)
+        samples.append(state.spp)
+        for name, metric in metrics(state.mean, passes.standard_error(state, mask), state.halves, state.skew).items():
             lo, hi = metric.ci95
             hits[name] += lo <= exact[name].value <= hi
     shares = {name: hits[name] / REPETITIONS for name in (*DEBIASED, *OTHERS)}

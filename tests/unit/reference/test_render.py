@@ -10,9 +10,11 @@ import OpenEXR
 import pytest
 from scipy.stats import kstat
 
-from evalsuite.errors import EvalsuiteError
-from evalsuite.reference import render, worker
+from evalsuite import references
+from evalsuite.errors import EvalsuiteError, WorkerFailed
+from evalsuite.reference import passes, render, worker
 from evalsuite.scene.model import SceneSource
+from tests.unit.reference.in_process import Here
 
 
 @pytest.fixture
@@ -83,7 +85,7 @@ def test_standard_error_is_the_scatter_over_seeds(source):
 def test_standard_error_shrinks_as_passes_grow(source):
     few = render.advance(source, "unoccluded", None, 16)
     many = render.advance(source, "unoccluded", few, 48)
-    assert render.relative_error(few) / render.relative_error(many) == pytest.approx(2.0, rel=0.15)
+    assert passes.relative_error(few) / passes.relative_error(many) == pytest.approx(2.0, rel=0.15)
 
 
 def test_one_pass_has_no_error_and_no_halves(source):
@@ -94,53 +96,53 @@ def test_one_pass_has_no_error_and_no_halves(source):
 
 
 def test_skew_is_the_third_k_statistic_of_the_mean():
-    passes = np.random.default_rng(0).gamma(2.0, size=(8, 4, 4, 3))
-    sums = (passes[::2].sum(0), passes[1::2].sum(0), np.square(passes).sum(0), (passes**3).sum(0))
-    state = render.RenderState(*sums, 64, 8, 0)
-    np.testing.assert_allclose(state.skew.astype(float) ** 3, kstat(passes, 3, axis=0) / 8**2, rtol=1e-5, atol=1e-9)
-    assert not render.RenderState(*sums, 64, 2, 0).skew.any()
+    drawn = np.random.default_rng(0).gamma(2.0, size=(8, 4, 4, 3))
+    sums = (drawn[::2].sum(0), drawn[1::2].sum(0), np.square(drawn).sum(0), (drawn**3).sum(0))
+    state = passes.RenderState(*sums, 64, 8, 0)
+    np.testing.assert_allclose(state.skew.astype(float) ** 3, kstat(drawn, 3, axis=0) / 8**2, rtol=1e-5, atol=1e-9)
+    assert not passes.RenderState(*sums, 64, 2, 0).skew.any()
 
 
-def fake(passes, error, mean=2.0, pass_spp=64):
+def fake(count, error, mean=2.0, pass_spp=64):
     """A state of constant mean whose standard error is `error`."""
     shape = (4, 4, 3)
-    total = np.full(shape, mean * passes)
-    spread = error**2 * passes * (passes - 1) / passes
-    squares = np.full(shape, passes * (mean**2 + spread))
-    return render.RenderState(total / 2, total / 2, squares, np.zeros(shape), pass_spp, passes, 0)
+    total = np.full(shape, mean * count)
+    spread = error**2 * count * (count - 1) / count
+    squares = np.full(shape, count * (mean**2 + spread))
+    return passes.RenderState(total / 2, total / 2, squares, np.zeros(shape), pass_spp, count, 0)
 
 
 def test_relative_error_and_mask():
     state = fake(16, 0.1)
-    assert render.relative_error(state) == pytest.approx(0.05)
+    assert passes.relative_error(state) == pytest.approx(0.05)
     state.even[0], state.odd[0] = 0, 0  # black, and noisier
     mask = np.ones((4, 4), bool)
     mask[0] = False
-    assert render.relative_error(state, mask) == pytest.approx(0.05)
-    assert render.relative_error(state) > 0.05  # fewer bright pixels in the mean
-    assert render.relative_error(state, np.zeros((4, 4), bool)) == 0.0
-    assert render.relative_error(fake(16, 0.0, mean=0.0)) == 0.0
+    assert passes.relative_error(state, mask) == pytest.approx(0.05)
+    assert passes.relative_error(state) > 0.05  # fewer bright pixels in the mean
+    assert passes.relative_error(state, np.zeros((4, 4), bool)) == 0.0
+    assert passes.relative_error(fake(16, 0.0, mean=0.0)) == 0.0
 
 
 def test_plan():
     cap = 64 * 1000
-    assert render.plan(fake(2, 1.0), 0.01, cap) == 6  # first look after eight
-    assert render.plan(fake(16, 0.01), 0.005, cap) == 0  # relative error is half of 0.01: reached
-    assert render.plan(fake(16, 0.012), 0.005, cap) == 8  # (0.006 / 0.005)² · 16 = 23.04 → 24
-    assert render.plan(fake(16, 1.0), 0.005, cap) == 16  # at most doubled
-    assert render.plan(fake(16, 1.0), 0.005, 64 * 20) == 4  # the cap
-    assert render.plan(fake(20, 1.0), 0.005, 64 * 20) == 0
-    assert render.plan(fake(16, 0.0, mean=0.0), 0.005, cap) == 0  # black
+    assert passes.plan(fake(2, 1.0), 0.01, cap) == 6  # first look after eight
+    assert passes.plan(fake(16, 0.01), 0.005, cap) == 0  # relative error is half of 0.01: reached
+    assert passes.plan(fake(16, 0.012), 0.005, cap) == 8  # (0.006 / 0.005)² · 16 = 23.04 → 24
+    assert passes.plan(fake(16, 1.0), 0.005, cap) == 16  # at most doubled
+    assert passes.plan(fake(16, 1.0), 0.005, 64 * 20) == 4  # the cap
+    assert passes.plan(fake(20, 1.0), 0.005, 64 * 20) == 0
+    assert passes.plan(fake(16, 0.0, mean=0.0), 0.005, cap) == 0  # black
 
 
 def test_climbs_to_stronger_stratification_when_it_pays():
     cap = 64 * 1000
-    eight = fake(render.MIN_PASSES, 0.1, pass_spp=16)
-    assert render.climbs(eight, 0.02, cap)  # (0.05 / 0.02)² · 8 = 50 passes at 16 spp, more than 8 at 64
-    assert not render.climbs(eight, 0.026, cap)  # 29.6 passes
-    assert not render.climbs(fake(render.MIN_PASSES + 2, 0.1, pass_spp=16), 0.02, cap)  # asked once
-    assert not render.climbs(fake(render.MIN_PASSES, 0.1, pass_spp=1024), 0.001, cap)  # the top
-    assert not render.climbs(eight, 0.02, 64 * 7)  # the cap would cut it short
+    eight = fake(passes.MIN_PASSES, 0.1, pass_spp=16)
+    assert passes.climbs(eight, 0.02, cap)  # (0.05 / 0.02)² · 8 = 50 passes at 16 spp, more than 8 at 64
+    assert not passes.climbs(eight, 0.026, cap)  # 29.6 passes
+    assert not passes.climbs(fake(passes.MIN_PASSES + 2, 0.1, pass_spp=16), 0.02, cap)  # asked once
+    assert not passes.climbs(fake(passes.MIN_PASSES, 0.1, pass_spp=1024), 0.001, cap)  # the top
+    assert not passes.climbs(eight, 0.02, 64 * 7)  # the cap would cut it short
 
 
 def test_nan_is_reported_not_swept(source, tmp_path):
@@ -157,26 +159,27 @@ def test_nan_is_reported_not_swept(source, tmp_path):
         render.advance(source, "direct", None, 1)
 
 
-def test_worker_steps_to_the_goal_and_resumes(source, tmp_path):
-    plan = {"target": "unoccluded", "target_error": 0.02, "cap": 64 * 64, "seed": 1}
+def finished(source, plan, mask, partial, pool):
+    size = render.load_cached(source).scene.camera.size
+    return references.sampled(pool, source, size, plan, mask, partial, lambda state, error: None)
+
+
+def test_sampled_to_the_goal_resumed_and_shared_out(source, tmp_path, monkeypatch):
+    plan = {"target": "unoccluded", "target_error": 0.005, "cap": 1 << 15, "seed": 1}
     mask = worker.gbuffer(source).coverage == 1
-
-    def run(partial, forget=False):
-        while True:
-            step = worker.sample(source, plan, mask, str(partial))
-            if step["done"]:
-                return step
-
-    one = run(tmp_path / "a.npz")
-    assert one["reached_error"] <= 0.02 and not one["capped"] and one["passes"] >= render.MIN_PASSES
-    worker.sample(source, plan, mask, str(tmp_path / "b.npz"))  # a run that was killed after its first step …
-    two = run(tmp_path / "b.npz")  # … and taken up again
-    assert np.array_equal(one["mean"], two["mean"]) and np.array_equal(one["standard_error"], two["standard_error"])
+    one, error = finished(source, plan, mask, tmp_path / "a.npz", Here())
+    assert error <= 0.005 and one.passes >= passes.MIN_PASSES and one.pass_spp > passes.RUNGS[0]
+    for killed_at in (1, 2, 3):  # tasks that a run before had done
+        with pytest.raises(WorkerFailed):
+            finished(source, plan, mask, tmp_path / "b.npz", Here(mortal=killed_at))
+        assert same(finished(source, plan, mask, tmp_path / "b.npz", Here())[0], one)
+        (tmp_path / "b.npz").unlink()
+    monkeypatch.setattr(references, "CHUNK_SAMPLES", 1)
+    for width in (2, 3, 5, 1000):
+        assert same(finished(source, plan, mask, tmp_path / f"{width}.npz", Here(width))[0], one)
     capped = {**plan, "target_error": 1e-6, "cap": 16 * 4}
-    step = worker.sample(source, capped, mask, str(tmp_path / "c.npz"))
-    while not step["done"]:
-        step = worker.sample(source, capped, mask, str(tmp_path / "c.npz"))
-    assert step["capped"] and step["passes"] == 4
+    state, error = finished(source, capped, mask, tmp_path / "c.npz", Here())
+    assert error > 1e-6 and state.passes == 4
 
 
 def test_scenes_are_kept_until_their_file_changes(source):
@@ -200,31 +203,31 @@ def test_pooled_standard_error_makes_z_normal(source):
     """Eight passes against many: with each pixel's own scatter z has Student's tails, pooled over neighbours it is normal."""
     mask = worker.gbuffer(source).coverage >= 1
     truth = render.advance(source, "unoccluded", render.fresh(source, 99, 256), 16, 99)
-    state = render.advance(source, "unoccluded", render.fresh(source, 5, 16), render.MIN_PASSES, 5)
+    state = render.advance(source, "unoccluded", render.fresh(source, 5, 16), passes.MIN_PASSES, 5)
     difference = (state.mean.astype(np.float64) - truth.mean)[mask]
     z, raw = (
         difference / np.hypot(error, truth.standard_error)[mask]
-        for error in (render.standard_error(state, mask), state.standard_error)
+        for error in (passes.standard_error(state, mask), state.standard_error)
     )
     assert z.size > 500
     limit = NormalDist().inv_cdf(1 - (1 - 0.99 ** (1 / z.size)) / 2)  # Šidák at 1 %
     assert 0.85 < z.std() < 1.1 and np.abs(z).max() < limit
     assert np.abs(raw).max() > np.abs(z).max() and raw.std() > 1.05
     # Pooling moves variance between neighbours; it does not make it more or less.
-    own, pooled = ((e.astype(np.float64)[mask] ** 2).mean() for e in (state.standard_error, render.standard_error(state, mask)))
+    own, pooled = ((e.astype(np.float64)[mask] ** 2).mean() for e in (state.standard_error, passes.standard_error(state, mask)))
     assert pooled == pytest.approx(own, rel=0.1)
 
 
 def test_pooling_stays_on_its_side_and_spares_outliers():
     state = fake(8, 0.1)
     eights, zeros = np.full((12, 12, 3), 8.0), np.zeros((12, 12, 3))
-    state = render.RenderState(eights, eights, zeros, zeros, 64, 8, 0)
+    state = passes.RenderState(eights, eights, zeros, zeros, 64, 8, 0)
     state.squares[...] = 8 * (4.0 + 7 * 0.01)  # standard error 0.1 …
     state.squares[:, 6:] = 8 * 4.0  # … on the left, none on the right
     state.squares[5, 2] = 8 * (4.0 + 7 * 1.0)  # and one pixel of ten times the error
     mask = np.zeros((12, 12), bool)
     mask[:, :6] = True
-    error = render.standard_error(state, mask)
+    error = passes.standard_error(state, mask)
     assert error[5, 2] == pytest.approx(1.0, rel=1e-3)  # its own
     assert error[11, 5] == pytest.approx(0.1, rel=1e-3)  # not dragged down by the quiet side
     assert error[5, 8].max() < 1e-5  # nor the quiet side up
