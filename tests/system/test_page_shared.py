@@ -50,9 +50,12 @@ def tab(browser):  # noqa: F811
 
 def drawn(tab):
     """Wait until FlipBook has drawn every picture; the reference, once it has come to rest."""
-    buttons = tab.locator(".cell .strip button")
-    tab.wait_for_function("n => document.querySelectorAll('.cell .book canvas').length === n", arg=buttons.count())
-    buttons.nth(1).click()
+    # Counted in the page: counted here, the page before could still be the one that answers.
+    tab.wait_for_function("""() => {
+        const [buttons, canvases] = [".cell .strip button", ".cell .book canvas"].map((s) => document.querySelectorAll(s).length);
+        return buttons > 0 && canvases === buttons;
+    }""")
+    tab.locator(".cell .strip button").nth(1).click()
     tab.wait_for_selector(".strip figure:nth-child(2) button[aria-pressed=true]")
     return canvas(tab)
 
