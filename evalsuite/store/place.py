@@ -92,7 +92,8 @@ class Place:
 def _protocol(url: str, where: str) -> str:
     """The protocol of a URL, "file" of a plain path; its package is there. Raises EvalsuiteError."""
     scheme, mark, rest = url.partition("://")
-    if not url.isprintable() or "::" in url or not (mark and re.fullmatch(r"[A-Za-z][\w+.-]*", scheme) or _is_path(url)):
+    formed = re.fullmatch(r"[A-Za-z][\w+.-]*", scheme) if mark else _is_path(url)
+    if not formed or not url.isprintable() or "::" in url:
         raise EvalsuiteError(where, "no URL", "one that fsspec knows, as s3://bucket/folder, or the path of a folder")
     if mark and not rest.split("?")[0].rpartition("@")[2].strip("/"):
         raise EvalsuiteError(where, "no bucket or folder", f"{scheme}://… with a name")
@@ -114,7 +115,9 @@ def _protocol(url: str, where: str) -> str:
 def _shown(url: str) -> str:
     """A URL without user, password and query, where tokens are."""
     scheme, mark, rest = url.partition("://")
-    return url if _is_path(url) else f"{scheme if mark else ''}{mark}{(rest or scheme).split('?')[0].rpartition('@')[2]}"
+    if _is_path(url):
+        return url
+    return f"{scheme}://{rest.split('?')[0].rpartition('@')[2]}" if mark else url.rpartition("@")[2]
 
 
 def _is_path(url: str) -> bool:
