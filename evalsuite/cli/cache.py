@@ -25,8 +25,8 @@ def cache_info(as_json: Json = False) -> None:
     print(facts["path"])
     print_table(facts["kinds"], ["kind", "entries", "megabytes"])
     if shared := facts["shared"]:
-        text = shared["problem"] or "shared store {url}: {entries} entries, {megabytes} MB".format(**shared)
-        out.print(text, markup=False, highlight=False, soft_wrap=True)
+        text = shared["problem"] or "{entries} entries, {megabytes} MB".format(**shared)
+        out.print(f"shared store {shared['url']}: {text}", markup=False, highlight=False, soft_wrap=True)
 
 
 @cache_app.command("share")

@@ -55,19 +55,18 @@ class Place:
         files = fs.find(root, detail=True)
         return {name[len(root) + 1 :]: int(about.get("size") or 0) for name, about in files.items()}
 
-    def get(self, name: str, file: Path) -> int:
-        """Copy what is here into a file; its bytes."""
+    def get(self, name: str, file: Path) -> None:
+        """Copy what is here into a file."""
         fs, root = self._at
         fs.get_file(f"{root}/{name}", str(file))
-        return file.stat().st_size
 
-    def put(self, file: Path, name: str) -> bool:
-        """Copy a file to here, in one step as others see it; True."""
+    def put(self, file: Path, name: str) -> None:
+        """Copy a file to here, in one step as others see it."""
         fs, root = self._at
         path = f"{root}/{name}"
         if self.protocol in OBJECTS:
             fs.put_file(str(file), path)
-            return True
+            return
         folder = path.rpartition("/")[0]
         aside = f"{folder}/{UNFINISHED}{uuid.uuid4().hex[:12]}"
         fs.makedirs(folder, exist_ok=True)
@@ -78,7 +77,6 @@ class Place:
             with suppress(Exception):
                 fs.rm_file(aside)
             raise
-        return True
 
     def discreet(self, text: str) -> str:
         """A library's words in one short line, without what must stay secret."""
