@@ -26,7 +26,7 @@ from evalsuite.pipeline import Progress as Told
 from evalsuite.pipeline import Run, Settings, reproduce, run_cells
 from evalsuite.plan import Cell, Choice, Report, choice_to_json
 from evalsuite.scene import builtin
-from evalsuite.store import costs
+from evalsuite.store import costs, shared
 from evalsuite.store import results as store_results
 from evalsuite.store.cache import Store, write_atomic
 
@@ -216,7 +216,7 @@ def examine() -> dict:
     ):
         found = importlib.util.find_spec(module) is not None
         checks.append({"name": name, "ok": found, "text": "installed" if found else "absent", "fix": f"pip install {package}"})
-    store = Store()
+    store = Store(shared="")
     try:
         store_results.prepare(store.root)
         checks.append({"name": "Cache", "ok": True, "text": str(store.root), "fix": ""})
@@ -224,7 +224,7 @@ def examine() -> dict:
         checks.append(
             {"name": "Cache", "ok": False, "text": str(error), "fix": "set EVALSUITE_CACHE to a folder that can be written"}
         )
-    return {"checks": checks, "gl": gl, "mitsuba": mitsuba}
+    return {"checks": checks + shared.checks(), "gl": gl, "mitsuba": mitsuba}
 
 
 def environment_facts(name: str) -> dict:
@@ -319,7 +319,7 @@ def make_environment(name: str, output: Path) -> None:
 
 
 def cache_facts() -> dict:
-    """Where the store is, entries and megabytes of each kind."""
+    """Where the store is, entries and megabytes of each kind; what is in the shared store, None without one."""
     store = Store()
     kinds: dict[str, list[int]] = {}
     for kind, folder in store.entries():
@@ -327,4 +327,4 @@ def cache_facts() -> dict:
         count[0] += 1
         count[1] += sum(p.stat().st_size for p in folder.iterdir())
     rows = [{"kind": kind, "entries": n, "megabytes": round(size / 1e6, 1)} for kind, (n, size) in sorted(kinds.items())]
-    return {"path": str(store.root), "kinds": rows}
+    return {"path": str(store.root), "kinds": rows, "shared": store.shared.facts() if store.shared else None}

@@ -1,4 +1,4 @@
-"""The store: cache info, verify, prune."""
+"""The store: cache info, share, verify, prune."""
 
 from __future__ import annotations
 
@@ -24,6 +24,33 @@ def cache_info(as_json: Json = False) -> None:
         return
     print(facts["path"])
     print_table(facts["kinds"], ["kind", "entries", "megabytes"])
+    if shared := facts["shared"]:
+        text = shared["problem"] or "{entries} entries, {megabytes} MB".format(**shared)
+        out.print(f"shared store {shared['url']}: {text}", markup=False, highlight=False, soft_wrap=True)
+
+
+@cache_app.command("share")
+def cache_share(as_json: Json = False) -> None:
+    """Send to the shared store ($EVALSUITE_SHARED) what is here and not there; exit code 1 when not all could be sent."""
+    from evalsuite.errors import EvalsuiteError
+    from evalsuite.store.cache import Store
+    from evalsuite.store.shared import VARIABLE
+
+    problems: list[str] = []
+    store = Store(warn=problems.append)
+    if store.shared is None:
+        raise EvalsuiteError(VARIABLE, "nothing", "the URL or folder of a shared store", f"set {VARIABLE}")
+    with Progress(console=err, transient=True) as bar:
+        entries = bar.track(list(store.entries()), description="sending")
+        sent = sum(store.share(kind, folder.name) for kind, folder in entries)
+    if as_json:
+        print_json({"url": store.shared.place.shown, "sent": sent, "problems": problems})
+    else:
+        for problem in problems:
+            err.print(f"warning: {problem}", style="yellow", markup=False, highlight=False, soft_wrap=True)
+        out.print(f"{sent} entries sent to {store.shared.place.shown}", markup=False, highlight=False, soft_wrap=True)
+    if problems:
+        raise typer.Exit(1)
 
 
 @cache_app.command("verify")
@@ -35,7 +62,7 @@ def cache_verify(
     from evalsuite.store import upkeep
     from evalsuite.store.cache import Store
 
-    store = Store()
+    store = Store(shared="")
     with Progress(console=err, transient=True) as bar:
         paths = bar.track(list(upkeep.things(store)), description="reading")
         found = list(upkeep.verify(paths))
@@ -72,7 +99,7 @@ def cache_prune(
     from evalsuite.store import upkeep
     from evalsuite.store.cache import Store
 
-    found = upkeep.prune(Store(), upkeep.bytes_of(max_size), dry_run=dry_run)
+    found = upkeep.prune(Store(shared=""), upkeep.bytes_of(max_size), dry_run=dry_run)
     if as_json:
         print_json(found)
         return

@@ -3,6 +3,9 @@
 An entry is a folder, filled elsewhere on the same disk and renamed into its place in one step: it is there whole or not at all,
 whatever kills the process. Concurrent runs may share a store; who comes second throws his copy away. What disks do to an entry
 afterwards its checksums tell: a damaged one is never used, but made anew.
+
+Behind it there may be a shared store, which other machines see too (`store.shared`): what is missing here is taken from there,
+what is made here is sent there.
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ import os
 import shutil
 import tempfile
 import threading
+import uuid
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import is_dataclass
 from functools import lru_cache
@@ -26,6 +30,7 @@ from evalsuite.errors import Unwritable
 from evalsuite.image.files import UNFINISHED, file_stamp
 from evalsuite.store import checksums
 from evalsuite.store.claims import Claim, exclusive, tick, touch
+from evalsuite.store.shared import VARIABLE, Shared
 
 #: Suffix of a reference on its way.
 PARTIAL = ".state"
@@ -100,25 +105,46 @@ def package_versions(*names: str) -> dict[str, str]:
 class Store:
     """Entries `<root>/<kind>/<key>/`, each with a `meta.json` and checksums. Safe among threads and processes.
 
-    warn: told in one line what the user should know and need not act on."""
+    warn: told in one line what the user should know and need not act on. shared: URL of the shared store, "" for none, None for
+    $EVALSUITE_SHARED. Raises EvalsuiteError for a URL that can never work."""
 
-    def __init__(self, root: Path | None = None, *, read: bool = True, warn: Callable[[str], None] = lambda text: None) -> None:
+    def __init__(
+        self,
+        root: Path | None = None,
+        *,
+        read: bool = True,
+        warn: Callable[[str], None] = lambda text: None,
+        shared: str | None = None,
+    ) -> None:
         self.root, self.warn, self._read = Path(root or cache_directory()), warn, read
+        self._given = root
+        url = os.environ.get(VARIABLE, "") if shared is None else shared
+        self.shared = Shared(url, warn) if url else None
         self.written = 0  # bytes of the entries that this object made
         self._claimed: Claim | None = None
         self._claiming = threading.Lock()
+
+    @property
+    def description(self) -> tuple[Path | None, str]:
+        """(root, URL of the shared store or ""): a worker elsewhere makes `Store(root, shared=url)` of it. The root is None
+        unless one was chosen here: each machine has its own. The URL may hold credentials."""
+        return self._given, self.shared.url if self.shared else ""
 
     def path(self, kind: str, key: str) -> Path:
         return self.root / kind / key[:2] / key
 
     def has(self, kind: str, key: str) -> bool:
-        """Whether `get` would look at an entry; not whether it is whole."""
-        return self._read and self.path(kind, key).is_dir()
+        """Whether `get` would look at an entry, here or in the shared store; not whether it is whole."""
+        return self._read and (self.path(kind, key).is_dir() or (self.shared is not None and self.shared.has(kind, key)))
 
     def get(self, kind: str, key: str) -> tuple[Path, dict] | None:
-        """Folder and metadata of an entry, or None. It stays while this process lives."""
+        """Folder and metadata of an entry, fetched from the shared store where it is not here, or None. It stays while this
+        process lives."""
+        return (self._here(kind, key) or self._fetched(kind, key)) if self._read else None
+
+    def _here(self, kind: str, key: str) -> tuple[Path, dict] | None:
         place = self.path(kind, key)
-        if not self._read or not place.is_dir():
+        if not place.is_dir():
             return None
         try:
             damaged = checksums.damages(place) if self._claim().use(place) else None
@@ -127,11 +153,36 @@ class Store:
         except OSError:
             return None
         if damaged:
-            self.warn(f"{damaged[0].file}: damaged on its disk; made anew (`evalsuite cache verify` looks for more)")
+            anew = "fetched or made anew" if self.shared else "made anew"
+            self.warn(f"{damaged[0].file}: damaged on its disk; {anew} (`evalsuite cache verify` looks for more)")
         return None
 
+    def _fetched(self, kind: str, key: str) -> tuple[Path, dict] | None:
+        if self.shared is None:
+            return None
+        claim, fresh, place = self._claim(), None, None
+        try:
+            fresh = claim.room()
+            if not self.shared.fetch(kind, key, fresh):
+                return None
+            place = self._place(claim, fresh, self.path(kind, key)) if claim.keeps else fresh
+            return place, json.loads((place / "meta.json").read_bytes())
+        except OSError:  # what this disk lacks `put` will say
+            return None
+        finally:
+            if fresh not in (None, place):
+                shutil.rmtree(fresh, ignore_errors=True)
+
+    def share(self, kind: str, key: str) -> bool:
+        """Send an entry that is here to the shared store unless it is there, so that other machines' `get` finds it; whether that
+        was done. (`put` sends what it makes, not what was here before there was a shared store.)"""
+        if self.shared is None or (found := self._here(kind, key)) is None:
+            return False
+        return self.shared.send(kind, key, found[0], self._claim().folder / f"{uuid.uuid4().hex[:12]}.zip")
+
     def put(self, kind: str, key: str, meta: Mapping, fill: Callable[[Path], None] | None = None) -> tuple[Path, dict]:
-        """Make an entry: `fill(folder)` writes its files. Raises Unwritable when the disk is full or not writable."""
+        """Make an entry: `fill(folder)` writes its files. It goes to the shared store too. Raises Unwritable when the disk is
+        full or not writable."""
         place = self.path(kind, key)
         try:
             claim = self._claim()
@@ -148,6 +199,8 @@ class Store:
                 raise
         except OSError as error:
             raise unwritable(self.root, error) from error
+        if self.shared is not None:
+            self.shared.send(kind, key, place, claim.folder / f"{fresh.name}.zip", anew=not self._read)
         return place, json.loads((place / "meta.json").read_text())
 
     def _place(self, claim: Claim, fresh: Path, place: Path) -> Path:
