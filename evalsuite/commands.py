@@ -38,6 +38,7 @@ def run_report(
     directory: Path,
     *,
     jobs: int | None,
+    scheduler: str | None = None,
     read_cache: bool,
     missing_only: bool,
     until_decided: bool = False,
@@ -55,8 +56,11 @@ def run_report(
     kept = {c.id: made[c.id] for c in cells if c.id in made and made[c.id]["reproduce"] == reproduce(c, settings)}
     todo = [cell for cell in cells if cell.id not in kept]
     started = time.perf_counter()
-    with Workers(jobs) as workers, _progress(console, len(todo)) as told:
-        run = Run(Store(read=read_cache, warn=told.warn), workers, settings, told)
+    with (
+        _progress(console, len(todo)) as told,
+        _workers(jobs, scheduler, store := Store(read=read_cache, warn=told.warn)) as workers,
+    ):
+        run = Run(store, workers, settings, told)
         fresh = {cell["id"]: (cell, files) for cell, files in run_cells(run, todo)}
         for cell in kept.values():
             files = {name: directory / path for name, path in cell["images"].items()}
@@ -83,6 +87,16 @@ def run_report(
         row = forecast.of_run(run, pairs, directory, time.perf_counter() - started)
         costs.append(run.store.root, [*run.costs, row])
     return results
+
+
+def _workers(jobs: int | None, scheduler: str | None, store: Store) -> Workers:
+    if scheduler is None:
+        return Workers(jobs)
+    if jobs is not None:
+        raise EvalsuiteError(f"--jobs {jobs}", f"also --scheduler {scheduler}", "one of both", "a cluster has the workers it has")
+    from evalsuite.execute.cluster import ClusterWorkers
+
+    return ClusterWorkers(scheduler, store)
 
 
 def predict(cells: list[Cell], settings: Settings, *, jobs: int | None, read_cache: bool, console: Console) -> dict | None:

@@ -69,6 +69,7 @@ def check(
     strict: bool = False,
     render: bool = True,
     jobs: int | None = None,
+    scheduler: str | None = None,
     read_cache: bool = True,
     console: Console,
 ) -> dict:
@@ -78,7 +79,8 @@ def check(
     for path in filter(None, (outlets_.junit, outlets_.summary)):
         store_results.prepare(path.parent)
     if render:
-        _run(report, blessed, asked, directory, jobs, read_cache, console)
+        how = {"jobs": jobs, "scheduler": scheduler, "read_cache": read_cache, "console": console}
+        _run(report, blessed, asked, directory, how)
     store_results.no_way_out(directory)
     run = Run(directory, store_results.read(directory))
     complete = _choice_of(run.results.get("run") or {}) == _choice_of(blessed.run)
@@ -131,9 +133,8 @@ def _trends(checks: Sequence[history.Check], results: Mapping, directory: Path) 
         page.write(results, directory)
 
 
-def _run(
-    report: str, blessed: Baseline, asked: Asked, directory: Path, jobs: int | None, read_cache: bool, console: Console
-) -> None:
+def _run(report: str, blessed: Baseline, asked: Asked, directory: Path, how: Mapping) -> None:
+    """how: what `run_report` is told that no result depends on."""
     definition = planning.load_report(report)
     made = blessed.run
     choice = asked.choice if asked.choice != Choice() else _choice_of(made)
@@ -145,17 +146,7 @@ def _run(
     ledger = bool(made.get("ledger")) and not asked.no_ledger
     settings = Settings(error, cap, size, seed, asked.repair_env or bool(made.get("repair_env")), ledger=ledger)
     cells = planning.plan(definition, choice)
-    run_report(
-        definition,
-        cells,
-        settings,
-        directory,
-        choice=choice,
-        jobs=jobs,
-        read_cache=read_cache,
-        missing_only=False,
-        console=console,
-    )
+    run_report(definition, cells, settings, directory, choice=choice, missing_only=False, **how)
 
 
 def _choice_of(made: Mapping) -> Choice:

@@ -6,7 +6,6 @@ techniques with the same target share one reference.
 
 from __future__ import annotations
 
-import os
 import shlex
 import time
 from collections.abc import Mapping, Sequence
@@ -304,7 +303,7 @@ def run_cells(run: Run, cells: list[Cell]) -> list[tuple[dict, dict[str, Path]]]
         results[index] = run.evaluate(cells[index])
         run.progress.cell(results[index][0])
 
-    pool = ThreadPoolExecutor(min(8, 2 + (os.cpu_count() or 1)))
+    pool = ThreadPoolExecutor(run.workers.cells)
     try:
         for future in [pool.submit(one, index) for index in range(len(cells))]:
             future.result()

@@ -280,7 +280,7 @@ class Steps:
                 reached = f"{state.spp} spp, {error:.2%} of {settings.target_error:.2%}"
                 self.progress.step(f"reference {source.path.stem}, {target}: {reached}")
 
-            state, error = references.sampled(self.workers.reference, source, size, plan, mask, partial, tell)
+            state, error = references.sampled(self.workers.passes, source, size, plan, mask, partial, tell)
 
             def fill(folder: Path) -> None:
                 exr.write(folder / "reference.exr", state.mean)

@@ -36,7 +36,10 @@ TargetError = Annotated[float | None, typer.Option(help="Relative standard error
 #: Largest seed, as a baseline can remember it.
 LARGEST_SEED = 2**31 - 1
 Seed = Annotated[int, typer.Option(min=0, max=LARGEST_SEED, help="Seed of every random number.")]
-Jobs = Annotated[int | None, typer.Option(min=1, max=256, help="Comparison processes; default: one a core.")]
+Jobs = Annotated[int | None, typer.Option(min=1, max=256, help="Processes that share the cores; default: as suits one run.")]
+Scheduler = Annotated[
+    str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler whose workers share the work, as tcp://HOST:8786.")
+]
 NoCache = Annotated[bool, typer.Option("--no-cache", help="Render everything anew (and store it).")]
 RepairEnv = Annotated[bool, typer.Option("--repair-env", help="Replace NaN and Inf texels instead of refusing the map.")]
 

@@ -201,14 +201,20 @@ class Pool:
 
 
 class Workers:
-    """The workers of a run: `gpu` for OpenGL, which uses all cores by itself; `reference` for Mitsuba, `jobs` processes
-    that share the cores (by default one that uses all); `formulas` for techniques in float64; `compare` for comparisons."""
+    """The workers of a run: `gpu` for OpenGL, which uses all cores by itself; `reference` for Mitsuba, `jobs` processes that
+    share the cores (by default one that uses all); the same as `passes` for the samples of references; `formulas` for techniques
+    in float64; `compare` for comparisons. cells: how many cells are worth having under way at a time."""
 
     def __init__(self, jobs: int | None = None) -> None:
         cores = os.cpu_count() or 1
         self.gpu, self.formulas = Lane("gpu"), Lane("formulas")
         self.reference = Pool("reference", jobs or 1, threads=-(-cores // jobs) if jobs else None)
+        self.passes = self.reference
         self.compare = Pool("compare", max(1, jobs or cores))
+
+    @property
+    def cells(self) -> int:
+        return min(2 + self.compare.width, 8) if self.passes.width == 1 else min(2 + 2 * self.passes.width, 256)
 
     def close(self) -> None:
         for lane in (self.gpu, self.reference, self.formulas, self.compare):
