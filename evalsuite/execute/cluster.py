@@ -10,6 +10,7 @@ that comes back, or are done here.
 from __future__ import annotations
 
 import contextlib
+import logging
 import os
 import threading
 import time
@@ -216,10 +217,17 @@ class ClusterWorkers(Workers):
 def _client(address: str) -> Any:
     try:
         from distributed import Client
+        from distributed.comm.addressing import parse_address, parse_host_port
+        from distributed.comm.registry import get_backend
     except ImportError:
         raise MachineLacks("--scheduler", "no Dask", "dask.distributed", "pip install 'evalsuite[cluster]'") from None
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what there is to know we say, in a line
     started = "start one with `dask scheduler`, and `dask worker ADDRESS` on each machine"
     try:
+        scheme, place = parse_address(address)  # first, as a client half made is hard to be rid of
+        get_backend(scheme)
+        if scheme in ("tcp", "tls"):
+            parse_host_port(place)
         return Client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, TimeoutError) as error:
         text = str(error).splitlines()[0] if str(error) else "no answer"

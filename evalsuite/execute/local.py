@@ -60,6 +60,8 @@ class Lane:
     with the last line that the process wrote. threads: of Mitsuba in it, where no EVALSUITE_THREADS says otherwise.
     """
 
+    width = 1
+
     def __init__(self, name: str, limit_s: float = TASK_LIMIT_S, threads: int | None = None) -> None:
         self.name, self._limit_s, self._threads = name, limit_s, threads
         self._queue = ThreadPoolExecutor(1, thread_name_prefix=name)

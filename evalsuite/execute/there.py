@@ -94,8 +94,9 @@ def found(value: object) -> object:
         try:
             files = [file_digest(path) for path in dependencies(source.path, source.defines)]
             digests = (*files, file_digest(source.environment)) if source.environment else tuple(files)
-        except OSError as error:
-            raise EvalsuiteError(f"{_here()}, {error.filename}", error.strerror or "an error", "the run's file", fix) from error
+        except (OSError, EvalsuiteError) as error:
+            got = error.got if isinstance(error, EvalsuiteError) else error.strerror or "an error"
+            raise EvalsuiteError(f"{_here()}, {source.path}", got, "the run's own files", fix) from error
         if tuple(sorted(digests)) != value.digests:
             raise EvalsuiteError(f"{_here()}, {source.path}", "another scene of that name", "the run's own files", fix)
         return source

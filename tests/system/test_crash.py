@@ -17,7 +17,7 @@ class _Abort(Lane):
     """A reference lane that really aborts (SIGABRT in the worker) when it is to sample the target `path`."""
 
     def submit(self, function, *arguments):
-        if function.endswith(":sample") and arguments[1]["target"] == "path":
+        if function.endswith(":passes") and arguments[1] == "path":
             function, arguments = "os:abort", ()
         return super().submit(function, *arguments)
 
@@ -33,7 +33,7 @@ def test_abort_costs_one_cell_then_the_next_run_completes(cells, tmp_path):
     store = Store(tmp_path / "cache")
     with Workers(1) as workers:
         workers.reference.close()
-        workers.reference = _Abort("reference")
+        workers.reference = workers.passes = _Abort("reference")
         results = {cell["target"]: cell for cell, _ in run_cells(Run(store, workers, Settings()), cells)}
     assert {t: c["status"] for t, c in results.items()} == {"path": "failed", "unoccluded": "scored", "direct": "scored"}
     assert "SIGABRT" in results["path"]["message"]

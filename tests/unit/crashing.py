@@ -32,3 +32,8 @@ def refuse():
 def interrupt_is_ignored():
     os.kill(os.getpid(), signal.SIGINT)
     return "alive"
+
+
+def slow_square(x, seconds):
+    time.sleep(seconds)
+    return x * x
