@@ -15,7 +15,8 @@ import os
 import threading
 import time
 import uuid
-from concurrent.futures import Future, InvalidStateError
+from collections.abc import Callable
+from concurrent.futures import Future, InvalidStateError, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from statistics import median
 from typing import Any
@@ -44,11 +45,11 @@ class _Task:
 class Cluster:
     """A pool of the workers of a Dask scheduler; same interface as `local.Pool`.
 
-    store: whose entries the arguments name; told of a scheduler lost. Raises MachineLacks without Dask, EvalsuiteError where
-    nobody answers."""
+    store: whose entries the arguments name; told of a scheduler lost. run: what a worker does with a task. Raises MachineLacks
+    without Dask, EvalsuiteError where nobody answers."""
 
-    def __init__(self, address: str, store: Store) -> None:
-        self.address, self._store = address, store
+    def __init__(self, address: str, store: Store, run: Callable = there.run) -> None:
+        self.address, self._store, self._run = address, store, run
         self._client = _client(address)
         self._open: set[_Task] = set()
         self._lost: list[_Task] = []
@@ -59,6 +60,7 @@ class Cluster:
         #: Tasks that the workers which there are do at a time; 1 as long as there is none.
         self.width = 1
         self._count()
+        self._fetching = ThreadPoolExecutor(16, thread_name_prefix="fetching")
         threading.Thread(target=self._watch, name="cluster", daemon=True).start()
 
     def submit(self, function: str, *arguments: object) -> Future:
@@ -83,6 +85,7 @@ class Cluster:
             _settle(task, WorkerFailed(self.address, "no answer", "one", "the run was interrupted"))
         if self._home is not None:
             self._home.close()
+        self._fetching.shutdown(wait=False, cancel_futures=True)
         self._client.close(timeout=2)
 
     # ---- one task ---------------------------------------------------------------------------------------------------
@@ -99,9 +102,10 @@ class Cluster:
         key = f"evalsuite-{task.function.split(':')[1]}-{uuid.uuid4().hex}"
         placed = {"workers": workers, "allow_other_workers": True} if workers else {}
         task.since = time.monotonic()
-        sent = self._client.submit(there.run, there.code(), task.function, *arguments, key=key, pure=False, **placed)
+        sent = self._client.submit(self._run, there.code(), task.function, *arguments, key=key, pure=False, **placed)
         task.sent.append(sent)
-        sent.add_done_callback(lambda done: self._came(task, done))
+        # Dask calls back in a single thread, which must not wait until an answer is fetched.
+        sent.add_done_callback(lambda done: self._fetching.submit(self._came, task, done))
 
     def _held(self, scene: Scene) -> Any:
         """A scene, tens of megabytes, is sent once for all tasks."""
@@ -204,8 +208,8 @@ class Cluster:
 class ClusterWorkers(Workers):
     """The workers of a run whose long tasks a Dask cluster does. Raises as `Cluster`."""
 
-    def __init__(self, address: str, store: Store) -> None:
-        self.cluster = Cluster(address, store)
+    def __init__(self, address: str, store: Store, run: Callable = there.run) -> None:
+        self.cluster = Cluster(address, store, run)
         self.gpu, self.reference = Lane("gpu"), Pool("reference", 1)
         self.passes = self.formulas = self.compare = self.cluster
 

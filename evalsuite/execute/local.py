@@ -216,7 +216,7 @@ class Workers:
 
     @property
     def cells(self) -> int:
-        return min(2 + self.compare.width, 8) if self.passes.width == 1 else min(2 + 2 * self.passes.width, 256)
+        return min(2 + self.compare.width, 8) if self.passes.width == 1 else min(2 + 2 * self.passes.width, 1024)
 
     def close(self) -> None:
         for lane in (self.gpu, self.reference, self.formulas, self.compare):

@@ -6,6 +6,7 @@ worker answers its scheduler."""
 from __future__ import annotations
 
 import multiprocessing
+import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
@@ -124,8 +125,16 @@ def _store(shared: str) -> Store:
     return Store(shared=shared)
 
 
-@cache
+_starting = threading.Lock()
+
+
 def _pool() -> Pool:
+    with _starting:  # `cache` alone lets two threads make two
+        return _made()
+
+
+@cache
+def _made() -> Pool:
     from distributed import get_worker
 
     # Dask starts its workers as daemons, which may have no children: a rule for those that would be left behind. Ours end with

@@ -15,9 +15,9 @@ import pytest
 pytest.importorskip("distributed")
 
 import numpy as np
-from dask_cluster import LocalDask, free_port
 from small_scene import scene_xml
 
+from benchmarks.local_dask import LocalDask, free_port
 from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed
 from evalsuite.execute import cluster, there
 from evalsuite.scene import builtin

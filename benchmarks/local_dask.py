@@ -30,7 +30,8 @@ class LocalDask:
         self.start_scheduler()
         for _ in range(workers):
             self.start_worker()
-        self.wait(workers)
+        if workers:
+            self.wait(workers)
 
     def _start(self, *words: str) -> subprocess.Popen:
         command = [sys.executable, "-m", "distributed.cli.dask_" + words[0], *words[1:], "--no-dashboard"]
