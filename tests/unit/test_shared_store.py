@@ -215,16 +215,16 @@ def test_flipped_bits_and_cuts_are_found(entry, tmp_path):
             unpacked(archive)
 
 
-def forged(files: dict[str, bytes], label: str = "image/ab", **about: object) -> bytes:
-    """An archive with any names, its sums right."""
+def forged(files: dict[str, bytes], label: str = "image/ab", *, sums: str | None = None, **about: object) -> bytes:
+    """An archive with any names, its sums right unless others are given."""
     from hashlib import sha256
     from io import BytesIO
 
     stream = BytesIO()
-    sums = "".join(f"{sha256(data).hexdigest()}  {name}\n" for name, data in sorted(files.items()))
+    right = "".join(f"{sha256(data).hexdigest()}  {name}\n" for name, data in sorted(files.items()))
     with zipfile.ZipFile(stream, "w") as packed:
         packed.comment = label.encode()
-        for name, data in (files | {"SHA256SUMS": sums.encode()}).items():
+        for name, data in (files | {"SHA256SUMS": (right if sums is None else sums).encode()}).items():
             member = zipfile.ZipInfo(name)
             for attribute, value in about.items():
                 setattr(member, attribute, value)
@@ -255,7 +255,9 @@ HOSTILE = {
     "metadata that is no JSON": forged(WHOLE | {"meta.json": b"{"}),
     "metadata nested without end": forged(WHOLE | {"meta.json": b'{"a":' + b"[" * 100_000}),
     "another's entry": forged(WHOLE, "image/cd"),
-    "other sums": forged(WHOLE).replace(b"xPK", b"yPK", 1),
+    "other bytes": forged(WHOLE).replace(b"xPK", b"yPK", 1),
+    "other sums": forged(WHOLE, sums=f"{0:064x}  a.bin\n{0:064x}  meta.json\n"),
+    "no sums": forged(WHOLE, sums=""),
     "no archive": b"PK and nothing more",
     "nothing": b"",
 }
@@ -276,9 +278,13 @@ def test_a_hostile_archive_is_refused_and_replaced(two, tmp_path, case):
 
 
 def test_forged_archives_are_refused_for_what_they_say(tmp_path):
-    """The forger's own archive is a good one."""
+    """The forger's own archive is a good one; of a liar's nothing is written."""
     (tmp_path / "x.zip").write_bytes(forged(WHOLE))
     assert unpacked(tmp_path / "x.zip").items() >= WHOLE.items()
+    (tmp_path / "x.zip").write_bytes(HOSTILE["a lie about sizes"])
+    with pytest.raises(Damaged, match="more bytes than it has"):
+        unpack(tmp_path / "x.zip", tmp_path, "image/ab")
+    assert not (tmp_path / "a.bin").exists()
 
 
 def test_an_absurd_archive_is_not_fetched(two, tmp_path, monkeypatch):
@@ -322,6 +328,8 @@ def test_trouble_is_told_once_and_then_left(two, tmp_path, monkeypatch, case, me
     if method == "put":  # only the last was to be sent
         for n in range(8):
             second.put("image", f"1{n}", {}, fill)
+    else:
+        assert not (method == "size" and second.shared.has("image", "00"))
     assert len(asked) == asking.FAILURES
     assert len(said) == 2 and all(text.isprintable() and text.startswith("shared store ") for text in said)
     assert "goes on with the local store" in said[0] and f"after {asking.FAILURES} failures" in said[1]
