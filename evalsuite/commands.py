@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from evalsuite import forecast, rounds
+from evalsuite import budget, forecast, rounds
 from evalsuite.compare import compare, headroom_pool
 from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed, unknown
 from evalsuite.execute.local import Lane, Workers
@@ -41,11 +41,15 @@ def run_report(
     read_cache: bool,
     missing_only: bool,
     until_decided: bool = False,
+    budget_s: float | None = None,
     choice: Choice | None = None,
     console: Console,
 ) -> dict:
-    """Make the cells, write results.json and the page into `directory`; returns the results."""
+    """Make the cells, write results.json and the page into `directory`; returns the results. budget_s: about how long it may
+    take, the settings then being the finest to go to."""
     from evalsuite.report import page
+
+    started = time.perf_counter()
 
     store_results.prepare(directory)
     store_results.no_way_out(directory)
@@ -54,23 +58,30 @@ def run_report(
     # Only a cell that the same command would make again is not missing: another quality or size is another result.
     kept = {c.id: made[c.id] for c in cells if c.id in made and made[c.id]["reproduce"] == reproduce(c, settings)}
     todo = [cell for cell in cells if cell.id not in kept]
-    started = time.perf_counter()
     with Workers(jobs) as workers, _progress(console, len(todo)) as told:
         run = Run(Store(read=read_cache, warn=told.warn), workers, settings, told)
-        fresh = {cell["id"]: (cell, files) for cell, files in run_cells(run, todo)}
+        first = budget.pilot(run, todo, budget_s) if budget_s else run
+        fresh = {cell["id"]: (cell, files) for cell, files in run_cells(first, todo)}
         for cell in kept.values():
             files = {name: directory / path for name, path in cell["images"].items()}
             fresh[cell["id"]] = (cell, files)
         made = [fresh[cell.id] for cell in cells]
-        made, comparisons = rounds.until_decided(run, cells, made) if until_decided else rounds.decide(run, made)
+        spent = {}
+        if budget_s:
+            made, comparisons, spent["budget"] = budget.spend(
+                run, first, cells, made, budget_s, lambda: time.perf_counter() - started
+            )
+        else:
+            made, comparisons = rounds.until_decided(run, cells, made) if until_decided else rounds.decide(run, made)
         header = {
             "report": report.name,
             "title": report.title,
             "description": report.description,
             "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
             "host": run.host() | {"git": _git()},
-            "run": _asked(settings, choice or Choice()),
+            "run": _asked(settings, choice or Choice()) | ({"budget_s": budget_s} if budget_s else {}),
             "comparisons": comparisons,
+            **spent,
             **run.findings(made),
         }
     found = headroom_pool.summary([cell for cell, _ in made])
@@ -78,7 +89,9 @@ def run_report(
     with store_results.writing(directory):
         results = store_results.write(directory, header, made)
         page.write(results, directory)
-    if not until_decided:  # which renders some references twice
+    if budget_s:
+        costs.append(run.store.root, run.costs)
+    elif not until_decided:  # both render some references twice
         pairs = [(cell, fresh[cell.id][0]) for cell in todo]
         row = forecast.of_run(run, pairs, directory, time.perf_counter() - started)
         costs.append(run.store.root, [*run.costs, row])

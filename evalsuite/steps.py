@@ -85,7 +85,7 @@ class Steps:
         self._lock = threading.Lock()
         self._warned: set[str] = set()
         self._host: dict | None = None
-        #: What references took that were rendered, as `store.costs` keeps it.
+        #: What was drawn, and what references took that were rendered, as `store.costs` keeps it.
         self.costs: list[dict] = []
 
     def twin(self, settings: Settings, progress: Progress) -> Self:
@@ -122,6 +122,12 @@ class Steps:
             except BaseException as error:
                 future.set_exception(error)
         return future.result()
+
+    def found(self, kind: str, key: str) -> dict | None:
+        """The meta of an entry that was made or found already; None of any other."""
+        with self._lock:
+            future = self._steps.get((kind, key))
+        return future.result()[1] if future and future.done() and not future.exception() else None
 
     def ahead(self, step: Callable, *arguments: object) -> None:
         """Begin a step that is needed later, on another lane than what comes first. Who asks for it then waits for it, and is
@@ -250,6 +256,7 @@ class Steps:
                 if drawing.probe is not None:
                     np.savez(folder / "probe.npz", **drawing.probe)
 
+            self.costs.append({"kind": "image", "pixels": int(np.prod(drawing.image.shape[:2]))})
             names = ("parameters", "cost", "mapping", "fit")
             meta = {name: getattr(drawing, name) for name in names} | {"notes": list(drawing.notes)}
             return self.store.put("image", key, meta, fill)
@@ -273,9 +280,10 @@ class Steps:
         def make() -> tuple[Path, dict]:
             self.model(source)  # a scene that does not load says so in its own words
             mask = self.object_mask(source)
-            partial = self.store.partial(key)
+            partial, pass_errors = self.store.partial(key), {}
             while True:
                 step = self.workers.reference.call("evalsuite.reference.worker:sample", source, plan, mask, str(partial))
+                pass_errors[step["spp"] // step["passes"]] = step["reached_error"] * step["passes"] ** 0.5
                 self.progress.step(
                     f"reference {source.path.stem}, {target}: {step['spp']} spp, {step['reached_error']:.2%} of "
                     f"{settings.target_error:.2%}"
@@ -288,7 +296,7 @@ class Steps:
                 exr.write(folder / "standard_error.exr", step["standard_error"])
                 np.savez(folder / "halves.npz", a=step["halves"][0], b=step["halves"][1], skew=step["skew"])
 
-            facts = {k: step[k] for k in ("spp", "reached_error", "seconds", "capped")}
+            facts = {k: step[k] for k in ("spp", "reached_error", "seconds", "capped")} | {"pass_errors": pass_errors}
             with self._lock:
                 pixels = int(np.prod(step["mean"].shape[:2]))
                 self.costs.append({"kind": "reference", **about(source, target), "pixels": pixels, **facts})
