@@ -10,18 +10,18 @@ References are begun a batch at a time: how long one batch took corrects what th
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
-import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm
 
 from evalsuite import forecast
-from evalsuite.errors import EvalsuiteError
+from evalsuite.allotment import SIGMAS, Group, Offer, best
+from evalsuite.errors import EvalsuiteError, WorkerFailed
 from evalsuite.pipeline import Run, evaluate_all
 from evalsuite.plan import QUALITY, Cell, usual_cap
 from evalsuite.rounds import OF_TWO, Made, decide, half, name_of, stated, tellable, told
@@ -32,16 +32,12 @@ from evalsuite.store import costs
 PILOT, COARSE = QUALITY["draft"][0], 0.1
 #: Quality to go to where none is asked for.
 FINEST = "publication"
-#: What an interval narrowed by all of its value counts, a pair decided counting 1.
-NARROWER = 0.05
-#: Part of the time left that is given to fresh references: how long they take is known to a fifth or so. And that of one batch.
-GIVEN, BATCH = 0.9, 0.6
+#: Part of the time left that is given to fresh references: how long they take is known to a fifth or so.
+GIVEN = 0.9
 #: Seconds foretold that count as kept to before any were: one batch tells little of the next.
 SURE = 5.0
 #: Samples that a reference may take of those foretold, so that none takes far longer.
 AT_MOST = 1.25
-#: Standard deviations within which a difference at the confidence `OF_TWO` is undecided.
-SIGMAS = float(norm.ppf(0.5 + OF_TWO / 2))
 
 
 def seconds_of(text: str) -> float:
@@ -53,72 +49,6 @@ def seconds_of(text: str) -> float:
     return float(seconds)
 
 
-@dataclass(frozen=True)
-class Offer:
-    """A relative standard error that a group could be sampled to. cap: samples a pixel at most. seconds: foretold."""
-
-    error: float
-    cap: int
-    seconds: float
-
-
-@dataclass(frozen=True)
-class Group:
-    """Cells, by index, that share a reference, as a pilot saw them. error: relative standard error of that reference. pairs: of
-    those undecided, difference and standard deviation. widths: of each cell, half of the interval of `rel_rmse` over its value, 1
-    at most. offers: what could be made of it."""
-
-    name: str
-    cells: tuple[int, ...]
-    error: float
-    pairs: tuple[tuple[float, float], ...] = ()
-    widths: tuple[float, ...] = ()
-    offers: tuple[Offer, ...] = ()
-
-    def decided(self, error: float) -> float:
-        """How many of the undecided pairs a fresh reference of that error is expected to decide.
-
-        The true difference is about the pilot's, d ± σ, and the fresh one about the true one, ± σ′; it decides where it exceeds
-        `SIGMAS` σ′."""
-        if not self.pairs:
-            return 0.0
-        difference, sigma = np.array(self.pairs).T
-        fresh = sigma * error / self.error
-        both = np.hypot(sigma, fresh)
-        return float(sum(norm.cdf((side * difference - SIGMAS * fresh) / both).sum() for side in (1, -1)))
-
-    def gain(self, error: float) -> float:
-        return self.decided(error) + NARROWER * sum(self.widths) * max(1 - error / self.error, 0.0)
-
-    def why(self, error: float) -> str:
-        expected = self.decided(error)
-        if expected >= NARROWER:
-            return f"expected to decide {expected:.1f} of {len(self.pairs)} undecided"
-        return f"intervals of ±{max(self.widths, default=0.0):.0%} of the value"
-
-
-def allot(offers: Sequence[Sequence[tuple[float, float]]], seconds: float, steps: int = 2000) -> list[int | None]:
-    """Which of each group's offers (seconds, gain) to take, one at most, so that their gains add up to the most that fits into
-    `seconds`: the knapsack with a choice of each, exact but for seconds rounded up to a `steps`th of all."""
-    best, taken = np.zeros(steps + 1), []
-    for group in offers:
-        above, choice = best.copy(), np.full(steps + 1, -1)
-        for k, (cost, gain) in enumerate(group):
-            needed = math.ceil(cost / seconds * steps - 1e-9) if seconds > 0 else steps + 1
-            if needed <= steps:
-                found = best[: steps + 1 - needed] + gain
-                better = found > above[needed:]
-                above[needed:][better], choice[needed:][better] = found[better], k
-        best = above
-        taken.append(choice)
-    left, chosen = steps, []
-    for group, choice in zip(reversed(offers), reversed(taken), strict=True):
-        k = int(choice[left])
-        chosen.append(None if k < 0 else k)
-        left -= 0 if k < 0 else math.ceil(group[k][0] / seconds * steps - 1e-9)
-    return chosen[::-1]
-
-
 def pilot(run: Run, cells: Sequence[Cell], seconds: float) -> Run:
     """The run at its pilot's error: as a draft where earlier runs let expect it within a third of the budget, else coarser."""
 
@@ -126,8 +56,9 @@ def pilot(run: Run, cells: Sequence[Cell], seconds: float) -> Run:
         error = max(error, run.settings.target_error)
         return run.twin(replace(run.settings, target_error=error, cap=min(usual_cap(error), run.settings.cap)), run.progress)
 
-    if costs.read(run.store.root) and forecast.forecast(at(PILOT), cells).seconds[0] <= seconds / 3:
-        return at(PILOT)
+    with contextlib.suppress(WorkerFailed):  # its cells will say so
+        if costs.read(run.store.root) and forecast.forecast(at(PILOT), cells).seconds[0] <= seconds / 3:
+            return at(PILOT)
     return at(COARSE)
 
 
@@ -137,7 +68,7 @@ def spend(
     cells: Sequence[Cell],
     made: Sequence[Made],
     seconds: float,
-    clock: Callable[[], float] = time.perf_counter,
+    clock: Callable[[], float],
 ) -> tuple[list[Made], list[dict], dict]:
     """What is reported of cells that `first`, the pilot's run, has made: as `rounds.decide`, and `budget` of results.json.
 
@@ -152,7 +83,7 @@ def spend(
     prices = _Prices.of(run, first, cells)
     groups = [replace(group, offers=tuple(prices.offers(group))) for group in _groups(made, comparisons)]
     spent, foretold, took = [], 0.0, 0.0
-    while jobs := _best(groups, GIVEN * (seconds - clock() - _closing(made)) * (foretold + SURE) / (took + SURE)):
+    while jobs := best(groups, GIVEN * (seconds - clock() - _closing(made)) * (foretold + SURE) / (took + SURE)):
         began, again = clock(), _make(run, cells, jobs)
         for (group, offer), fresh in zip(jobs, again, strict=True):
             for index, result in zip(group.cells, fresh, strict=True):
@@ -171,7 +102,7 @@ def _groups(made: Sequence[Made], comparisons: Sequence[dict]) -> list[Group]:
     indices: dict[str, list[int]] = defaultdict(list)
     for index, (cell, _) in enumerate(made):
         if cell["status"] == "scored":
-            indices[cell["reference_id"]].append(index)
+            indices[cell.get("reference_id") or cell["id"]].append(index)
     open_pairs: dict[str, list[tuple[float, float]]] = defaultdict(list)
     ids = {cell["id"]: cell.get("reference_id") for cell, _ in made}
     for pair in (pair for order in comparisons for pair in order["pairs"]):
@@ -240,16 +171,6 @@ class _Prices:
             )
             most = min(math.ceil(AT_MOST * max(one.spp for one in efforts)), cap)
             yield Offer(error, most, float(seconds * self.shares[-1] + len(group.cells) * self.shares[1]))
-
-
-def _best(groups: Sequence[Group], seconds: float) -> list[tuple[Group, Offer]]:
-    """The next batch of what to make within `seconds`: of the best allotment those that gain most a second."""
-    offers = [[(offer.seconds, group.gain(offer.error)) for offer in group.offers] for group in groups]
-    chosen = allot(offers, seconds)
-    jobs = [(group, group.offers[k]) for group, k in zip(groups, chosen, strict=True) if k is not None]
-    jobs.sort(key=lambda job: job[0].gain(job[1].error) / job[1].seconds, reverse=True)
-    sums = np.cumsum([offer.seconds for _, offer in jobs])
-    return jobs[: max(1, int(np.searchsorted(sums, BATCH * seconds, "right")))]
 
 
 def _make(run: Run, cells: Sequence[Cell], jobs: Sequence[tuple[Group, Offer]]) -> list[list[Made]]:

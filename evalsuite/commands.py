@@ -15,13 +15,15 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn
+from rich.text import Text
 
 from evalsuite import budget, forecast, rounds
 from evalsuite.compare import compare, headroom_pool
 from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed, unknown
 from evalsuite.execute.local import Lane, Workers
 from evalsuite.image import exr
+from evalsuite.pace import Pace
 from evalsuite.pipeline import Progress as Told
 from evalsuite.pipeline import Run, Settings, reproduce, run_cells
 from evalsuite.plan import Cell, Choice, Report, choice_to_json
@@ -58,8 +60,10 @@ def run_report(
     # Only a cell that the same command would make again is not missing: another quality or size is another result.
     kept = {c.id: made[c.id] for c in cells if c.id in made and made[c.id]["reproduce"] == reproduce(c, settings)}
     todo = [cell for cell in cells if cell.id not in kept]
-    with Workers(jobs) as workers, _progress(console, len(todo)) as told:
+    with Workers(jobs) as workers, _progress(console, len(todo), budget_s) as told:
         run = Run(Store(read=read_cache, warn=told.warn), workers, settings, told)
+        if not budget_s and costs.read(run.store.root):
+            run.ahead(_expect, run, todo)
         first = budget.pilot(run, todo, budget_s) if budget_s else run
         fresh = {cell["id"]: (cell, files) for cell, files in run_cells(first, todo)}
         for cell in kept.values():
@@ -116,9 +120,27 @@ def _asked(settings: Settings, choice: Choice) -> dict:
     return {**stated, "choice": choice_to_json(choice)}
 
 
+def _expect(run: Run, cells: list[Cell]) -> None:
+    """Tell the progress bar what the run will take."""
+    found = forecast.forecast(run, cells)
+    run.progress.expect(found.seconds[0], found.samples[0])
+
+
+class _PaceColumn(ProgressColumn):
+    """Samples a second, and time left."""
+
+    def __init__(self, pace: Pace) -> None:
+        super().__init__()
+        self.pace = pace
+
+    def render(self, task: object) -> Text:
+        return Text(str(self.pace))
+
+
 @contextmanager
-def _progress(console: Console, total: int) -> Any:
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+def _progress(console: Console, total: int, budget_s: float | None = None) -> Any:
+    pace = Pace(total, budget_s)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), _PaceColumn(pace))
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("starting", total=total)
 
@@ -130,10 +152,11 @@ def _progress(console: Console, total: int) -> Any:
 
         def cell(result: dict) -> None:
             bar.advance(task)
+            pace.cell()
             if result["status"] in {"failed", "uncertified"}:
                 warn(f"{result['id']}: {result['message']}")
 
-        yield Told(cell=cell, step=step, warn=warn)
+        yield Told(cell=cell, step=step, warn=warn, samples=pace.samples, expect=pace.expect)
 
 
 def _git() -> str | None:

@@ -198,11 +198,12 @@ def in_words(found: Mapping) -> str:
     (time, *times), (size, *sizes), (count, *counts) = found["seconds"], found["bytes"], found["samples"]
     return (f"{found['made']} of {found['cells']} cells to make, {found['references']} references of "
             f"{_samples(count)} [{' … '.join(map(_samples, counts))}] samples in all: "
-            f"{_duration(time)} [{' … '.join(map(_duration, times))}], "
+            f"{in_minutes(time)} [{' … '.join(map(in_minutes, times))}], "
             f"{_megabytes(size)} [{' … '.join(map(_megabytes, sizes))}]")  # fmt: skip
 
 
-def _duration(seconds: float) -> str:
+def in_minutes(seconds: float) -> str:
+    """As a person says it: 50 s, 2 min 05 s, 1.2 h."""
     whole = round(seconds)
     return f"{whole} s" if whole < 60 else f"{whole // 60} min {whole % 60:02d} s" if whole < 3600 else f"{whole / 3600:.1f} h"
 

@@ -136,7 +136,7 @@ def tellable(pair: dict) -> bool:
 
 def told(run: Run, what: str, **settings: float) -> Run:
     """The run under other settings, saying so; its cells are not counted again."""
-    progress = Progress(step=lambda text: run.progress.step(f"{what}: {text}"), warn=run.progress.warn)
+    progress = replace(run.progress, step=lambda text: run.progress.step(f"{what}: {text}"), cell=Progress().cell)
     return run.twin(replace(run.settings, **settings), progress)
 
 

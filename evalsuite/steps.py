@@ -67,6 +67,10 @@ class Progress:
     cell: Callable[[dict], None] = lambda cell: None
     step: Callable[[str], None] = lambda text: None
     warn: Callable[[str], None] = lambda text: None
+    #: So many more samples of a reference, over all pixels, in so many seconds.
+    samples: Callable[[float, float], None] = lambda count, seconds: None
+    #: So many seconds and samples are foretold for the run.
+    expect: Callable[[float, float], None] = lambda seconds, samples: None
 
 
 @dataclass
@@ -280,10 +284,14 @@ class Steps:
         def make() -> tuple[Path, dict]:
             self.model(source)  # a scene that does not load says so in its own words
             mask = self.object_mask(source)
-            partial, pass_errors = self.store.partial(key), {}
+            partial, pass_errors, passes, before = self.store.partial(key), {}, {}, (0, 0.0)
             while True:
                 step = self.workers.reference.call("evalsuite.reference.worker:sample", source, plan, mask, str(partial))
-                pass_errors[step["spp"] // step["passes"]] = step["reached_error"] * step["passes"] ** 0.5
+                rung = step["spp"] // step["passes"]
+                pass_errors[rung], passes[rung] = step["reached_error"] * step["passes"] ** 0.5, step["passes"]
+                now = mask.size * sum(rung * count for rung, count in passes.items()), step["seconds"]
+                self.progress.samples(now[0] - before[0], now[1] - before[1])
+                before = now
                 self.progress.step(
                     f"reference {source.path.stem}, {target}: {step['spp']} spp, {step['reached_error']:.2%} of "
                     f"{settings.target_error:.2%}"
