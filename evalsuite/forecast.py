@@ -51,15 +51,14 @@ class Forecast:
 def of_run(run: Run, made: Sequence[tuple[Cell, Mapping]], directory: Path, wall: float) -> dict:
     """The line that `costs.jsonl` has of a finished run. made: what became of its cells. wall: it took [s]."""
     fresh = [cell for cell, result in made if not result["cost"].get("cached", True)]
-    drawn = [row["pixels"] for row in run.costs if row["kind"] == "image"]
     sizes = [run.outline(run.source(cell)).camera.size for cell in fresh]
     folder = sum(file.stat().st_size for file in directory.rglob("*") if file.is_file())
     return {
         "kind": "run",
         "wall": wall,
-        "reference_s": sum(row["seconds"] for row in run.costs if row["kind"] == "reference"),
-        "drawn": len(drawn),
-        "drawn_pixels": sum(drawn),
+        "reference_s": sum(row["seconds"] for row in run.costs),
+        "drawn": len(run.drawn),
+        "drawn_pixels": sum(run.drawn),
         "fresh": len(fresh),
         "cells": len(made),
         "pixels": sum(width * height for width, height in sizes),

@@ -94,9 +94,11 @@ class Law:
 
     def reference(self, like: Mapping, pixels: int, error: float, cap: int, sigmas: float = 0.0) -> tuple[float, float]:
         """Samples a pixel, and seconds, of a reference. sigmas: that many standard deviations above what is expected."""
-        known = [errors_of(row) for row in _alike(self.rows, like)] or [{RUNGS[0]: 0.0}]
-        rungs = max(map(len, known))  # who climbed tells most
-        found = [self.effort(errors, pixels, error, cap, sigmas) for errors in known if len(errors) == rungs]
+        rows = _alike(self.rows, like)
+        known = [errors_of(row) for row in rows] or [{RUNGS[0]: 0.0}]
+        if all(row.get(key) == like[key] for row in rows for key in ALIKE[0]):
+            known = [errors for errors in known if len(errors) == max(map(len, known))]  # the same one: who climbed tells most
+        found = [self.effort(errors, pixels, error, cap, sigmas) for errors in known]
         return median(one.spp for one in found), median(self.seconds(one, like, pixels) for one in found)
 
     def effort(self, errors: Mapping[int, float], pixels: int, error: float, cap: int, sigmas: float = 0.0) -> Effort:

@@ -89,8 +89,9 @@ class Steps:
         self._lock = threading.Lock()
         self._warned: set[str] = set()
         self._host: dict | None = None
-        #: What was drawn, and what references took that were rendered, as `store.costs` keeps it.
+        #: What references took that were rendered, as `store.costs` keeps it; pixels of the pictures that were drawn.
         self.costs: list[dict] = []
+        self.drawn: list[int] = []
 
     def twin(self, settings: Settings, progress: Progress) -> Self:
         """The same steps under other settings; what one has made the other finds."""
@@ -260,7 +261,7 @@ class Steps:
                 if drawing.probe is not None:
                     np.savez(folder / "probe.npz", **drawing.probe)
 
-            self.costs.append({"kind": "image", "pixels": int(np.prod(drawing.image.shape[:2]))})
+            self.drawn.append(int(np.prod(drawing.image.shape[:2])))
             names = ("parameters", "cost", "mapping", "fit")
             meta = {name: getattr(drawing, name) for name in names} | {"notes": list(drawing.notes)}
             return self.store.put("image", key, meta, fill)
