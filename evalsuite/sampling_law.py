@@ -87,9 +87,9 @@ class Law:
     @classmethod
     def of(cls, rows: Sequence[Mapping]) -> Self:
         slopes = [slope for row in rows if (slope := _slope(errors_of(row))) is not None]
-        # Three references' worth of what is granted.
+        # Three references' worth of what is granted. Those that climbed are the hard ones, alike: they tell of others no better.
         q = (sum(slopes) + 3 * GRANTED_Q) / (len(slopes) + 3)
-        spread = math.sqrt((sum((s - q) ** 2 for s in slopes) + 3 * SPREAD_Q**2) / (len(slopes) + 3))
+        spread = max(SPREAD_Q, math.sqrt(sum((slope - q) ** 2 for slope in slopes) / max(len(slopes), 1)))
         return cls(rows, q, spread, *_seconds(rows))
 
     def reference(self, like: Mapping, pixels: int, error: float, cap: int, sigmas: float = 0.0) -> tuple[float, float]:
