@@ -154,9 +154,10 @@ class _Prices:
 
     def offers(self, group: Group) -> Iterator[Offer]:
         """Errors a factor of √2 apart, from the pilot's down to the run's; none where its references are not at hand."""
-        references: dict[str, tuple] = {}
+        references, again = {}, 0.0
         for index in group.cells:
             _, likes, pixels = forecast.steps_of(self.first, self.cells[index])
+            again += float(np.array([1.0, 1.0, pixels / 1e6]) @ self.shares[1:4])  # the next seed's pictures are drawn too
             for key, like in likes.items():
                 meta = self.first.found("reference", key)
                 if meta is None:
@@ -170,7 +171,7 @@ class _Prices:
                 self.law.seconds(one, like, pixels) for one, (like, pixels, _) in zip(efforts, references.values(), strict=True)
             )
             most = min(math.ceil(AT_MOST * max(one.spp for one in efforts)), cap)
-            yield Offer(error, most, float(seconds * self.shares[-1] + len(group.cells) * self.shares[1]))
+            yield Offer(error, most, float(seconds * self.shares[-1] + again))
 
 
 def _make(run: Run, cells: Sequence[Cell], jobs: Sequence[tuple[Group, Offer]]) -> list[list[Made]]:
