@@ -15,13 +15,15 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn
+from rich.text import Text
 
-from evalsuite import forecast, rounds
+from evalsuite import budget, forecast, rounds
 from evalsuite.compare import compare, headroom_pool
 from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed, unknown
 from evalsuite.execute.local import Lane, Workers
 from evalsuite.image import exr
+from evalsuite.pace import Pace
 from evalsuite.pipeline import Progress as Told
 from evalsuite.pipeline import Run, Settings, reproduce, run_cells
 from evalsuite.plan import Cell, Choice, Report, choice_to_json
@@ -42,11 +44,15 @@ def run_report(
     read_cache: bool,
     missing_only: bool,
     until_decided: bool = False,
+    budget_s: float | None = None,
     choice: Choice | None = None,
     console: Console,
 ) -> dict:
-    """Make the cells, write results.json and the page into `directory`; returns the results."""
+    """Make the cells, write results.json and the page into `directory`; returns the results. budget_s: about how long it may
+    take, the settings then being the finest to go to."""
     from evalsuite.report import page
+
+    started = time.perf_counter()
 
     store_results.prepare(directory)
     store_results.no_way_out(directory)
@@ -55,26 +61,35 @@ def run_report(
     # Only a cell that the same command would make again is not missing: another quality or size is another result.
     kept = {c.id: made[c.id] for c in cells if c.id in made and made[c.id]["reproduce"] == reproduce(c, settings)}
     todo = [cell for cell in cells if cell.id not in kept]
-    started = time.perf_counter()
     with (
-        _progress(console, len(todo)) as told,
+        _progress(console, len(todo), budget_s) as told,
         _workers(jobs, scheduler, store := Store(read=read_cache, warn=told.warn)) as workers,
     ):
         run = Run(store, workers, settings, told)
-        fresh = {cell["id"]: (cell, files) for cell, files in run_cells(run, todo)}
+        if not budget_s and costs.read(run.store.root):
+            run.ahead(_expect, run, todo)
+        first = budget.pilot(run, todo, budget_s) if budget_s else run
+        fresh = {cell["id"]: (cell, files) for cell, files in run_cells(first, todo)}
         for cell in kept.values():
             files = {name: directory / path for name, path in cell["images"].items()}
             fresh[cell["id"]] = (cell, files)
         made = [fresh[cell.id] for cell in cells]
-        made, comparisons = rounds.until_decided(run, cells, made) if until_decided else rounds.decide(run, made)
+        spent = {}
+        if budget_s:
+            made, comparisons, spent["budget"] = budget.spend(
+                run, first, cells, made, budget_s, lambda: time.perf_counter() - started
+            )
+        else:
+            made, comparisons = rounds.until_decided(run, cells, made) if until_decided else rounds.decide(run, made)
         header = {
             "report": report.name,
             "title": report.title,
             "description": report.description,
             "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
             "host": run.host() | {"git": _git()},
-            "run": _asked(settings, choice or Choice()),
+            "run": _asked(settings, choice or Choice()) | ({"budget_s": budget_s} if budget_s else {}),
             "comparisons": comparisons,
+            **spent,
             **run.findings(made),
         }
     found = headroom_pool.summary([cell for cell, _ in made])
@@ -82,7 +97,9 @@ def run_report(
     with store_results.writing(directory):
         results = store_results.write(directory, header, made)
         page.write(results, directory)
-    if not until_decided:  # which renders some references twice
+    if budget_s:
+        costs.append(run.store.root, run.costs)
+    elif not until_decided:  # both render some references twice
         pairs = [(cell, fresh[cell.id][0]) for cell in todo]
         row = forecast.of_run(run, pairs, directory, time.perf_counter() - started)
         costs.append(run.store.root, [*run.costs, row])
@@ -117,9 +134,27 @@ def _asked(settings: Settings, choice: Choice) -> dict:
     return {**stated, "choice": choice_to_json(choice)}
 
 
+def _expect(run: Run, cells: list[Cell]) -> None:
+    """Tell the progress bar what the run will take."""
+    found = forecast.forecast(run, cells)
+    run.progress.expect(found.seconds[0], found.samples[0])
+
+
+class _PaceColumn(ProgressColumn):
+    """Samples a second, and time left."""
+
+    def __init__(self, pace: Pace) -> None:
+        super().__init__()
+        self.pace = pace
+
+    def render(self, task: object) -> Text:
+        return Text(str(self.pace))
+
+
 @contextmanager
-def _progress(console: Console, total: int) -> Any:
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+def _progress(console: Console, total: int, budget_s: float | None = None) -> Any:
+    pace = Pace(total, budget_s)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), _PaceColumn(pace))
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("starting", total=total)
 
@@ -131,10 +166,11 @@ def _progress(console: Console, total: int) -> Any:
 
         def cell(result: dict) -> None:
             bar.advance(task)
+            pace.cell()
             if result["status"] in {"failed", "uncertified"}:
                 warn(f"{result['id']}: {result['message']}")
 
-        yield Told(cell=cell, step=step, warn=warn)
+        yield Told(cell=cell, step=step, warn=warn, samples=pace.samples, expect=pace.expect)
 
 
 def _git() -> str | None:

@@ -297,19 +297,28 @@ def run_cells(run: Run, cells: list[Cell]) -> list[tuple[dict, dict[str, Path]]]
             run.outline(source).require_drawable()
         except WorkerFailed:  # kept with the step: each cell of this scene will say so, the other scenes go on
             continue
-    results: list = [None] * len(cells)
+    return evaluate_all([(run, cell) for cell in cells])
+
+
+def evaluate_all(asked: Sequence[tuple[Run, Cell]]) -> list[tuple[dict, dict[str, Path]]]:
+    """`run_cells` of runs that share their steps, of scenes that are known to load."""
+    if not asked:
+        return []
+    results: list = [None] * len(asked)
+    workers = asked[0][0].workers
 
     def one(index: int) -> None:
-        results[index] = run.evaluate(cells[index])
+        run, cell = asked[index]
+        results[index] = run.evaluate(cell)
         run.progress.cell(results[index][0])
 
-    pool = ThreadPoolExecutor(run.workers.cells)
+    pool = ThreadPoolExecutor(workers.cells)
     try:
-        for future in [pool.submit(one, index) for index in range(len(cells))]:
+        for future in [pool.submit(one, index) for index in range(len(asked))]:
             future.result()
     except BaseException:
         pool.shutdown(wait=False, cancel_futures=True)
-        run.workers.close()
+        workers.close()
         raise
     pool.shutdown()
     return results

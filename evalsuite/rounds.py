@@ -51,7 +51,7 @@ def decide(run: Run, made: Sequence[Made], confidence: float = CONFIDENCE) -> tu
     for group, task in tasks.items():
         found = task.result()
         members = [made[i][0] for i in group]
-        comparisons.append({"group": _name(members), "metric": "mse", "confidence": confidence, **found})
+        comparisons.append({"group": name_of(members), "metric": "mse", "confidence": confidence, **found})
         for pair in found["pairs"]:
             for name in (pair["better"], pair["worse"]):
                 verdicts[name] = verdicts.get(name, True) and pair["decided"]
@@ -64,7 +64,7 @@ def until_decided(run: Run, cells: Sequence[Cell], made: Sequence[Made]) -> tupl
     by_id = {cell.id: index for index, cell in enumerate(cells)}
     settings, fresh, looks = run.settings, defaultdict(list), {}
     for order in comparisons:
-        if any(_open(pair) and not pair["decided"] for pair in order["pairs"]):
+        if any(tellable(pair) and not pair["decided"] for pair in order["pairs"]):
             group = tuple(by_id[name] for name in order["order"])
             looks[group] = _Look.of(made[group[0]][0], order["pairs"])
     while looks:
@@ -73,13 +73,13 @@ def until_decided(run: Run, cells: Sequence[Cell], made: Sequence[Made]) -> tupl
                 fresh[look.error_of_fresh(settings.cap)].append(group)
                 del looks[group]
         for group, look in list(looks.items()):
-            finer = _told(run, "undecided, pilot", target_error=_stated(look.error / 2))
+            finer = told(run, "undecided, pilot", target_error=stated(look.error / 2))
             pilot = run_cells(finer, [cells[i] for i in group])
             _, found = decide(run, pilot)
             # A cell that failed says so in the report, to which its group goes at once.
             looks[group] = _Look.of(pilot[0][0], found[0]["pairs"]) if len(found) == 1 else replace(look, pairs=())
     for error, chosen in fresh.items():
-        finer = _told(run, "undecided, fresh samples", target_error=error, seed=settings.seed + 1)
+        finer = told(run, "undecided, fresh samples", target_error=error, seed=settings.seed + 1)
         indices = [i for group in chosen for i in group]
         for index, again in zip(indices, run_cells(finer, [cells[i] for i in indices]), strict=True):
             made[index] = again
@@ -108,7 +108,7 @@ class _Look:
     @property
     def margin(self) -> float:
         """The smallest of all pairs that sampling can tell apart: difference over `MARGIN` half widths."""
-        return min((p["difference"]["value"] / _half(p) for p in self.pairs if _open(p)), default=math.inf) / MARGIN
+        return min((p["difference"]["value"] / half(p) for p in self.pairs if tellable(p)), default=math.inf) / MARGIN
 
     @property
     def settled(self) -> bool:
@@ -116,31 +116,31 @@ class _Look:
 
     def error_of_fresh(self, cap: int) -> float:
         """At which error the fresh reference is to decide all pairs, or a little below what the cap lets it reach."""
-        return _stated(self.error * min(max(self.margin, 0.5 * math.sqrt(self.spp / cap)), 1.0))
+        return stated(self.error * min(max(self.margin, 0.5 * math.sqrt(self.spp / cap)), 1.0))
 
 
-def _stated(error: float) -> float:
+def stated(error: float) -> float:
     """Two digits, as the command that makes a cell again states it."""
     return float(f"{error:.2g}")
 
 
-def _half(pair: dict) -> float:
+def half(pair: dict) -> float:
     lo, hi = pair["difference"]["ci95"]
     return (hi - lo) / 2
 
 
-def _open(pair: dict) -> bool:
+def tellable(pair: dict) -> bool:
     """Whether sampling can tell: equal pictures differ by 0 ± 0."""
-    return _half(pair) > 0.0
+    return half(pair) > 0.0
 
 
-def _told(run: Run, what: str, **settings: float) -> Run:
+def told(run: Run, what: str, **settings: float) -> Run:
     """The run under other settings, saying so; its cells are not counted again."""
-    progress = Progress(step=lambda text: run.progress.step(f"{what}: {text}"), warn=run.progress.warn)
+    progress = replace(run.progress, step=lambda text: run.progress.step(f"{what}: {text}"), cell=Progress().cell)
     return run.twin(replace(run.settings, **settings), progress)
 
 
-def _name(members: Sequence[dict]) -> str:
+def name_of(members: Sequence[dict]) -> str:
     """What the cells of a group have in common: scene/materials and parameters/target."""
     one = members[0]
     plugins = sorted({mapping["plugin"] for mapping in one["mapping"] if mapping.get("scored", True)})

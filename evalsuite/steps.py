@@ -69,6 +69,10 @@ class Progress:
     cell: Callable[[dict], None] = lambda cell: None
     step: Callable[[str], None] = lambda text: None
     warn: Callable[[str], None] = lambda text: None
+    #: So many more samples of a reference, over all pixels, in so many seconds.
+    samples: Callable[[float, float], None] = lambda count, seconds: None
+    #: So many seconds and samples are foretold for the run.
+    expect: Callable[[float, float], None] = lambda seconds, samples: None
 
 
 @dataclass
@@ -87,8 +91,9 @@ class Steps:
         self._lock = threading.Lock()
         self._warned: set[str] = set()
         self._host: dict | None = None
-        #: What references took that were rendered, as `store.costs` keeps it.
+        #: What references took that were rendered, as `store.costs` keeps it; pixels of the pictures that were drawn.
         self.costs: list[dict] = []
+        self.drawn: list[int] = []
 
     def twin(self, settings: Settings, progress: Progress) -> Self:
         """The same steps under other settings; what one has made the other finds."""
@@ -124,6 +129,12 @@ class Steps:
             except BaseException as error:
                 future.set_exception(error)
         return future.result()
+
+    def found(self, kind: str, key: str) -> dict | None:
+        """The meta of an entry that was made or found already; None of any other."""
+        with self._lock:
+            future = self._steps.get((kind, key))
+        return future.result()[1] if future and future.done() and not future.exception() else None
 
     def ahead(self, step: Callable, *arguments: object) -> None:
         """Begin a step that is needed later, on another lane than what comes first. Who asks for it then waits for it, and is
@@ -252,6 +263,7 @@ class Steps:
                 if drawing.probe is not None:
                     np.savez(folder / "probe.npz", **drawing.probe)
 
+            self.drawn.append(int(np.prod(drawing.image.shape[:2])))
             names = ("parameters", "cost", "mapping", "fit")
             meta = {name: getattr(drawing, name) for name in names} | {"notes": list(drawing.notes)}
             return self.store.put("image", key, meta, fill)
@@ -275,8 +287,15 @@ class Steps:
         def make() -> tuple[Path, dict]:
             size = self.model(source).camera.size  # a scene that does not load says so in its own words
             mask, partial = self.object_mask(source), self.store.partial(key)
+            rungs: dict[int, tuple[int, float]] = {}  # passes, and the error of one
+            before = 0, 0.0
 
             def tell(state: RenderState, error: float) -> None:
+                nonlocal before
+                rungs[state.pass_spp] = state.passes, error * state.passes**0.5
+                now = mask.size * sum(rung * count for rung, (count, _) in rungs.items()), state.seconds
+                self.progress.samples(now[0] - before[0], now[1] - before[1])
+                before = now
                 reached = f"{state.spp} spp, {error:.2%} of {settings.target_error:.2%}"
                 self.progress.step(f"reference {source.path.stem}, {target}: {reached}")
 
@@ -288,6 +307,7 @@ class Steps:
                 np.savez(folder / "halves.npz", a=state.halves[0], b=state.halves[1], skew=state.skew)
 
             facts = {"spp": state.spp, "reached_error": error, "seconds": state.seconds, "capped": error > settings.target_error}
+            facts |= {"pass_errors": {rung: of_a_pass for rung, (_, of_a_pass) in rungs.items()}}
             with self._lock:
                 pixels = size[0] * size[1]
                 self.costs.append({"kind": "reference", **about(source, target), "pixels": pixels, **facts})

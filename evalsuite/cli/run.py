@@ -62,6 +62,10 @@ def run(
     until_decided: Annotated[
         bool, typer.Option("--until-decided", help="Sample on where noise could change the order of techniques, up to the cap.")
     ] = False,
+    budget: Annotated[
+        str | None,
+        typer.Option(metavar="TIME", help="About how long to take, as 90s, 10m, 1h30m: samples go where they decide most."),
+    ] = None,
     cap: Annotated[
         int | None,
         typer.Option(metavar="SPP", max=1 << 31, help="Samples per pixel at which a reference stops; default: the quality's."),
@@ -72,12 +76,17 @@ def run(
 ) -> None:
     """Render and compare all cells of a report; write results.json, pictures and the page."""
     from evalsuite import plan as planning
+    from evalsuite.budget import FINEST, seconds_of
     from evalsuite.commands import run_report
 
     definition = planning.load_report(report)
     choice = planning.Choice(scene or (), technique or (), env, target or (), planning.parse_parameters(param or []), headroom)
     cells = planning.plan(definition, choice)
-    error, usual = error_of(quality, target_error)
+    if budget is not None and until_decided:
+        raise EvalsuiteError("--budget", "--until-decided beside it", "one of the two")
+    budget_s = None if budget is None else seconds_of(budget)
+    # What is asked for beside a budget is the finest to go to.
+    error, usual = error_of(quality or (FINEST if budget_s and target_error is None else None), target_error)
     if cap is not None and cap < 32:
         raise EvalsuiteError(f"--cap {cap}", "too few", "32 samples per pixel or more: the fewest that know their own scatter")
     directory = out_dir or Path("reports", "build", definition.name)
@@ -97,6 +106,7 @@ def run(
         read_cache=not no_cache,
         missing_only=missing_only,
         until_decided=until_decided,
+        budget_s=budget_s,
         choice=choice,
         console=err,
     )

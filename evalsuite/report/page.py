@@ -17,6 +17,7 @@ import jinja2
 
 from evalsuite.image.files import replacing
 from evalsuite.report import (
+    budgets,
     causes,
     cell_plots,
     envelopes,
@@ -98,7 +99,8 @@ def write(results: Mapping, directory: Path) -> Path:
     counts = {status: sum(c["data"].get("status") == status for c in cells) for status in STATUS}
     tables.write(results, directory)
     index = directory / "index.html"
-    across |= {"counts": counts, "host": _host(results.get("host") or {}), "trends": (directory / "trends.html").exists()}
+    facts = _host(results.get("host") or {}) + budgets.fact(results)
+    across |= {"counts": counts, "host": facts, "trends": (directory / "trends.html").exists()}
     put(index, environment.get_template("index.html").render(**shared, **across, cells=cells))
     return index
 
