@@ -46,9 +46,9 @@ class LocalDask:
         self.workers.append(self._start("worker", self.address, *options))
         return self.workers[-1]
 
-    def wait(self, workers: int) -> None:
+    def wait(self, workers: int, limit_s: float = 60.0) -> None:
         with Client(self.address, timeout=60, set_as_default=False) as client:
-            client.wait_for_workers(workers, timeout=60)
+            client.wait_for_workers(workers, timeout=limit_s)
 
     def busy(self, count: int = 1) -> dict[str, int]:
         """Process id of each worker that has a task, once `count` have."""

@@ -33,7 +33,7 @@ def measure(quick: bool) -> list[Figure]:
             [sys.executable, "-m", "benchmarks.simulated", dask.address, str(count)], stderr=subprocess.DEVNULL
         )
         try:
-            dask.wait(count)
+            dask.wait(count, 900.0)
             figures += _driven(dask, count, cells, 0.0, 1000)
             figures += _driven(dask, count, cells // 20, 2.0, 1000)
             figures += _driven(dask, count, cells // 100, 2.0, 786_432)

@@ -17,7 +17,7 @@ from typing import Self
 import numpy as np
 
 from evalsuite.plan import NEAR_FIELD
-from evalsuite.reference.render import CLIMB, MAX_PASS_SAMPLES, MIN_PASSES, RUNGS
+from evalsuite.reference.passes import CLIMB, MAX_PASS_SAMPLES, MIN_PASSES, RUNGS
 
 #: How a reference is told apart, from most alike to any.
 ALIKE = (("scene", "environment", "target", "bsdf"), ("scene", "environment", "target"), ("scene", "target"), ("target",), ())

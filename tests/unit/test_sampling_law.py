@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from evalsuite import sampling_law
-from evalsuite.reference import render
+from evalsuite.reference import passes as adding
 from evalsuite.sampling_law import Effort, Law, effort, errors_of
 
 LIKE = {"scene": "s", "environment": "e", "target": "t", "bsdf": "b"}
@@ -21,21 +21,21 @@ def state(error, passes, rung, size):
     half = error * math.sqrt(passes - 1)
     sums = np.full((size, size, 3), passes / 2)
     squares = np.full((size, size, 3), passes * (1 + half**2))
-    return render.RenderState(sums, sums, squares, squares, rung, passes, 0)
+    return adding.RenderState(sums, sums, squares, squares, rung, passes, 0)
 
 
 def renderer(errors, goal, cap, size):
-    """What `reference.worker.sample` does, of a picture whose passes have these errors."""
+    """What `references.sampled` does, of a picture whose passes have these errors."""
     rung, passes, drawn, all_passes, rungs = 16, 0, 0, 0, 1
     while True:
         more = (
-            render.plan(state(errors[rung] / math.sqrt(max(passes, 2)), max(passes, 2), rung, size), goal, cap) if passes else 8
+            adding.plan(state(errors[rung] / math.sqrt(max(passes, 2)), max(passes, 2), rung, size), goal, cap) if passes else 8
         )
         more = min(more, max(cap // rung, 2) - passes, 16)
         if more <= 0:
             return Effort(passes * rung, drawn, all_passes, rungs)
         passes, drawn, all_passes = passes + more, drawn + more * rung, all_passes + more
-        if render.climbs(state(errors[rung] / math.sqrt(passes), passes, rung, size), goal, cap):
+        if adding.climbs(state(errors[rung] / math.sqrt(passes), passes, rung, size), goal, cap):
             rung, passes, rungs = 4 * rung, 0, rungs + 1
 
 
@@ -43,7 +43,7 @@ def renderer(errors, goal, cap, size):
 @pytest.mark.parametrize("goal", [0.2, 0.03, 0.01, 0.004, 0.001])
 @pytest.mark.parametrize("cap", [64, 1000, 1 << 15])
 def test_it_goes_as_the_renderer_goes(q, goal, cap):
-    errors = {rung: 0.15 * (16 / rung) ** q for rung in render.RUNGS}
+    errors = {rung: 0.15 * (16 / rung) ** q for rung in adding.RUNGS}
     found, true = effort(errors, q, goal, cap, 16), renderer(errors, goal, cap, 4)
     assert found.rungs == true.rungs
     assert found.spp == pytest.approx(true.spp, abs=2 * 1024 if true.rungs == 4 else 2 * 16 * 4 ** (true.rungs - 1))
@@ -53,7 +53,7 @@ def test_it_goes_as_the_renderer_goes(q, goal, cap):
 def reference(errors, pixels=4096, error=0.02, q=0.7, **other):
     took = effort(errors, q, error, 1 << 15, pixels)
     rungs = dict(list(sampling_law._on_all(errors, q).items()))
-    known = {str(rung): rungs[rung] for rung in render.RUNGS[: took.rungs]}
+    known = {str(rung): rungs[rung] for rung in adding.RUNGS[: took.rungs]}
     seconds = START * took.rungs + STEP * took.passes + RATE * took.drawn * pixels
     return {"kind": "reference", **LIKE, **other, "pixels": pixels, "spp": took.spp, "reached_error": error,
             "seconds": seconds, "pass_errors": known}  # fmt: skip
