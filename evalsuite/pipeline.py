@@ -7,6 +7,7 @@ techniques with the same target share one reference.
 from __future__ import annotations
 
 import shlex
+import threading
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -16,6 +17,7 @@ from pathlib import Path
 
 from evalsuite import environment_view, headroom, surroundings
 from evalsuite.errors import EvalsuiteError, MachineLacks, Unwritable, WorkerFailed
+from evalsuite.execute.local import MOST_CELLS
 from evalsuite.gpu import registry
 from evalsuite.gpu.plan import cannot_stand_for
 from evalsuite.gpu.techniques.base import LOOKUP, Technique
@@ -307,16 +309,31 @@ def evaluate_all(asked: Sequence[tuple[Run, Cell]]) -> list[tuple[dict, dict[str
     results: list = [None] * len(asked)
     workers = asked[0][0].workers
 
-    def one(index: int) -> None:
-        run, cell = asked[index]
-        results[index] = run.evaluate(cell)
-        run.progress.cell(results[index][0])
+    gate, ended, under_way = threading.Condition(), threading.Event(), 0
 
-    pool = ThreadPoolExecutor(workers.cells)
+    def one(index: int) -> None:
+        nonlocal under_way
+        with gate:
+            while under_way >= workers.cells and not ended.is_set():
+                gate.wait(1.0)  # workers may come meanwhile
+            under_way += 1
+        if ended.is_set():
+            return
+        try:
+            run, cell = asked[index]
+            results[index] = run.evaluate(cell)
+            run.progress.cell(results[index][0])
+        finally:
+            with gate:
+                under_way -= 1
+                gate.notify()
+
+    pool = ThreadPoolExecutor(min(len(asked), MOST_CELLS))
     try:
         for future in [pool.submit(one, index) for index in range(len(asked))]:
             future.result()
     except BaseException:
+        ended.set()
         pool.shutdown(wait=False, cancel_futures=True)
         workers.close()
         raise

@@ -26,6 +26,8 @@ from evalsuite.errors import WorkerFailed
 
 #: Longest that one task may take [s]. A reference advances in chunks well below it, so that only a hang gets here.
 TASK_LIMIT_S = 1800.0
+#: Cells under way at a time, of which each holds some ten megabytes.
+MOST_CELLS = 1024
 
 
 def _start_worker(log: str, threads: int | None) -> None:
@@ -216,7 +218,7 @@ class Workers:
 
     @property
     def cells(self) -> int:
-        return min(2 + self.compare.width, 8) if self.passes.width == 1 else min(2 + 2 * self.passes.width, 1024)
+        return min(2 + self.compare.width, 8) if self.passes.width == 1 else min(2 + 2 * self.passes.width, MOST_CELLS)
 
     def close(self) -> None:
         for lane in (self.gpu, self.reference, self.formulas, self.compare):
