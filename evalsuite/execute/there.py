@@ -66,6 +66,7 @@ def sent(value: object, store: Store) -> object:
     if isinstance(value, str | Path) and Path(value).is_absolute():
         path = Path(value)
         if path.is_relative_to(store.root) and len(parts := path.relative_to(store.root).parts) > 2:
+            _share(store, parts[0], parts[2])
             return Stored(store.root, store.shared.url if store.shared else "", parts[0], parts[2], "/".join(parts[3:]))
         scenes = builtin.scenes_directory()
         return Shipped(str(path.relative_to(scenes))) if path.is_relative_to(scenes) else value
@@ -74,6 +75,17 @@ def sent(value: object, store: Store) -> object:
     if isinstance(value, list | tuple) and not hasattr(value, "_fields"):
         return type(value)(sent(item, store) for item in value)
     return value
+
+
+def _share(store: Store, kind: str, key: str) -> None:
+    """See to it that an entry is in the shared store, if there is one: it may be older than that."""
+    entry = (store.root, store.shared.url, kind, key) if store.shared else None
+    if entry and entry not in _sent:
+        store.share(kind, key)
+        _sent.add(entry)
+
+
+_sent: set[tuple] = set()
 
 
 def found(value: object) -> object:

@@ -187,7 +187,8 @@ def test_paths_by_what_they_stand_for(tmp_path):
     """As on two machines: the store elsewhere, scenes that came with evalsuite, own scenes that must be the same."""
     shared = (tmp_path / "shared").as_uri()
     ours, theirs = Store(tmp_path / "ours", shared=shared), tmp_path / "theirs"
-    entry, _ = ours.put("image", "ab" * 32, {}, lambda folder: (folder / "image.exr").write_text("x"))
+    before = Store(tmp_path / "ours", shared="")  # made before there was a shared store
+    entry, _ = before.put("image", "ab" * 32, {}, lambda folder: (folder / "image.exr").write_text("x"))
     value = {"a": [str(entry)], "b": entry / "image.exr", "c": str(tmp_path), "d": "torus", "e": 3}
     travels = there.sent(value, ours)
     assert there.found(travels) == {"a": [entry], "b": entry / "image.exr", "c": str(tmp_path), "d": "torus", "e": 3}
