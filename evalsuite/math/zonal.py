@@ -89,9 +89,9 @@ def _rows(radiance: Float, degree: int) -> tuple[Float, Float, Float]:
     return theta, weights, mixed.reshape(-1, *radiance.shape[1:])
 
 
-def _orders(radiance: Float, bands: Float, theta_out: Float) -> Iterator[NDArray[np.complex128]]:
-    """For m = 0 … degree the (T, C) amplitudes of e^{imφ} of ∫ L(l) K(r·l) dω on circles of latitude θ. bands of several
-    kernels, (degree + 1, K), give (T, K C)."""
+def _orders(radiance: Float, bands: Float, theta_out: Float) -> Iterator[tuple[NDArray[np.complex128], ...]]:
+    """For m = 0 … degree the (T, C) amplitudes of e^{imφ} of ∫ L(l) K(r·l) dω on circles of latitude θ, in two parts that are
+    added: symmetric about the equator and antisymmetric. bands of several kernels, (degree + 1, K), give (T, K C)."""
     bands = bands if bands.ndim == 2 else bands[:, None]
     degree, width = len(bands) - 1, radiance.shape[1]
     theta, weights, rows = _rows(radiance, degree)
@@ -100,11 +100,24 @@ def _orders(radiance: Float, bands: Float, theta_out: Float) -> Iterator[NDArray
     spectrum = np.fft.fft(rows, axis=1)[:, m % width] * (2.0 * np.pi / width)
     spectrum *= (np.sinc(m / width) ** 2 * np.exp(-1j * np.pi * m / width))[:, None]
     weighted = weights[:, None, None] * spectrum
-    both = zip(legendre(np.cos(theta), np.sin(theta), degree), legendre(np.cos(theta_out), np.sin(theta_out), degree),
-               strict=True)  # fmt: skip
+    # P̄_lm(−x) = (−1)^{l+m} P̄_lm(x), and the rows lie in pairs about the equator: half of them do, one parity of l at a time.
+    north = -(-len(theta) // 2)
+    folded = [weighted[:north] + weighted[::-1][:north], weighted[:north] - weighted[::-1][:north]]
+    if len(theta) % 2:
+        folded[0][-1] *= 0.5  # its own mirror image
+    both = zip(legendre(np.cos(theta[:north]), np.sin(theta[:north]), degree),
+               legendre(np.cos(theta_out), np.sin(theta_out), degree), strict=True)  # fmt: skip
+    nothing = np.zeros((len(theta_out), bands.shape[1] * radiance.shape[2]), np.complex128)
     for order, (analysis, synthesis) in enumerate(both):
-        coefficients = _times(analysis, weighted[:, order])
-        yield _times(synthesis.T, (bands[order:, :, None] * coefficients[:, None]).reshape(len(coefficients), -1))
+        parts = [nothing, nothing]
+        for parity in (0, 1):
+            kernel = bands[order + parity :: 2]
+            if kernel.any():  # of the clamped cosine every other band is 0
+                coefficients = _times(analysis[parity::2], folded[parity][:, order])
+                parts[parity] = _times(
+                    synthesis[parity::2].T, (kernel[:, :, None] * coefficients[:, None]).reshape(len(kernel), -1)
+                )
+        yield tuple(parts)
 
 
 def _times(real: Float, other: NDArray[np.complex128]) -> NDArray[np.complex128]:
@@ -118,8 +131,8 @@ def convolve(radiance: ArrayLike, bands: ArrayLike, directions: ArrayLike) -> Fl
     u, v = direction_to_latlong(directions)
     phi = 2.0 * np.pi * u
     out = np.zeros((len(phi), radiance.shape[-1]))
-    for order, amplitude in enumerate(_orders(radiance, bands, np.pi * v)):
-        out += (1.0 if order == 0 else 2.0) * (np.exp(1j * order * phi)[:, None] * amplitude).real
+    for order, (even, odd) in enumerate(_orders(radiance, bands, np.pi * v)):
+        out += (1.0 if order == 0 else 2.0) * (np.exp(1j * order * phi)[:, None] * (even + odd)).real
     return out
 
 
@@ -129,6 +142,9 @@ def convolve_grid(radiance: ArrayLike, bands: ArrayLike, rows: int) -> Float:
     radiance, bands = np.asarray(radiance, dtype=np.float64), np.asarray(bands, dtype=np.float64)
     theta, columns = np.linspace(0.0, np.pi, rows), 2 * (rows - 1)
     amplitudes = np.zeros((rows, columns, radiance.shape[-1] * bands[0].size), np.complex128)
-    for order, amplitude in enumerate(_orders(radiance, bands, theta)):
-        amplitudes[:, order % columns] += (1.0 if order == 0 else 2.0) * amplitude  # real part of the sum: aliases add up too
+    north, south = -(-rows // 2), rows // 2
+    for order, (even, odd) in enumerate(_orders(radiance, bands, theta[:north])):
+        twice = 1.0 if order == 0 else 2.0  # real part of the sum: aliases add up too
+        amplitudes[:north, order % columns] += twice * (even + odd)
+        amplitudes[north:, order % columns] += twice * (even - odd)[:south][::-1]
     return np.fft.ifft(amplitudes, axis=1).real * columns
