@@ -116,13 +116,21 @@ def _workers(jobs: int | None, scheduler: str | None, store: Store) -> Workers:
     return ClusterWorkers(scheduler, store)
 
 
-def predict(cells: list[Cell], settings: Settings, *, jobs: int | None, read_cache: bool, console: Console) -> dict | None:
+def predict(
+    cells: list[Cell],
+    settings: Settings,
+    *,
+    jobs: int | None,
+    scheduler: str | None = None,
+    read_cache: bool,
+    console: Console,
+) -> dict | None:
     """What a run of these cells would take (`forecast.Forecast`); None where the store knows of no earlier one. Raises
     EvalsuiteError for what could not be run."""
     store = Store(read=read_cache)
     if not costs.read(store.root):
         return None
-    with Workers(jobs) as workers, console.status("looking at what there is"):
+    with _workers(jobs, scheduler, store) as workers, console.status("looking at what there is"):
         return forecast.forecast(Run(store, workers, settings), cells).to_json()
 
 

@@ -122,10 +122,12 @@ def _whole(row: Mapping, kind: str) -> bool:
 
 
 def known(run: Run) -> tuple[list[dict], list[dict]]:
-    """References and runs that can be gone by: those of earlier runs, and what this one has rendered."""
+    """References and runs that can be gone by: those of earlier runs, and what this one has rendered. References with the seconds
+    that they would take on as many cores as this run has."""
     rows = [*costs.read(run.store.root), *run.costs]
     references, runs = ([row for row in rows if _whole(row, kind)] for kind in KEYS)
-    return references, runs
+    cores = run.workers.passes.cores
+    return [row | {"seconds": row["seconds"] * row.get("cores", cores) / cores} for row in references], runs
 
 
 def steps_of(run: Run, cell: Cell) -> tuple[str, dict[str, Mapping], int] | None:

@@ -288,18 +288,18 @@ class Steps:
             size = self.model(source).camera.size  # a scene that does not load says so in its own words
             mask, partial = self.object_mask(source), self.store.partial(key)
             rungs: dict[int, tuple[int, float]] = {}  # passes, and the error of one
-            before = 0, 0.0
+            before, pool = (0, 0.0), self.workers.passes
 
             def tell(state: RenderState, error: float) -> None:
                 nonlocal before
                 rungs[state.pass_spp] = state.passes, error * state.passes**0.5
-                now = mask.size * sum(rung * count for rung, (count, _) in rungs.items()), state.seconds
+                now = mask.size * sum(rung * count for rung, (count, _) in rungs.items()), state.seconds / pool.width
                 self.progress.samples(now[0] - before[0], now[1] - before[1])
                 before = now
                 reached = f"{state.spp} spp, {error:.2%} of {settings.target_error:.2%}"
                 self.progress.step(f"reference {source.path.stem}, {target}: {reached}")
 
-            state, error = references.sampled(self.workers.passes, source, size, plan, mask, partial, tell)
+            state, error = references.sampled(pool, source, size, plan, mask, partial, tell)
 
             def fill(folder: Path) -> None:
                 exr.write(folder / "reference.exr", state.mean)
@@ -309,8 +309,9 @@ class Steps:
             facts = {"spp": state.spp, "reached_error": error, "seconds": state.seconds, "capped": error > settings.target_error}
             facts |= {"pass_errors": {rung: of_a_pass for rung, (_, of_a_pass) in rungs.items()}}
             with self._lock:
-                pixels = size[0] * size[1]
-                self.costs.append({"kind": "reference", **about(source, target), "pixels": pixels, **facts})
+                # As long as all workers together would have taken.
+                took = {"pixels": size[0] * size[1], "cores": pool.cores, "seconds": state.seconds / pool.width}
+                self.costs.append({"kind": "reference", **about(source, target), **facts, **took})
             entry = self.store.put("reference", key, facts, fill)
             partial.unlink(missing_ok=True)
             return entry

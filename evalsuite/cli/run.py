@@ -94,7 +94,7 @@ def run(
 
     settings = Settings(error, cap or usual, size_of(size) or definition.size, seed, repair_env, ledger=not no_ledger)
     if dry_run:
-        _foretell(cells, settings, jobs, not no_cache, as_json)
+        _foretell(cells, settings, {"jobs": jobs, "scheduler": scheduler, "read_cache": not no_cache}, as_json)
         return
     results = run_report(
         definition,
@@ -124,12 +124,12 @@ def run(
         )
 
 
-def _foretell(cells: Sequence, settings: object, jobs: int | None, read_cache: bool, as_json: bool) -> None:
+def _foretell(cells: Sequence, settings: object, how: dict, as_json: bool) -> None:
     """Print the cells, and what making them will take as far as earlier runs tell."""
     from evalsuite.commands import predict
     from evalsuite.forecast import in_words
 
-    found = predict(cells, settings, jobs=jobs, read_cache=read_cache, console=err)
+    found = predict(cells, settings, console=err, **how)
     if as_json:
         print_json({"cells": [cell.id for cell in cells], "forecast": found})
         return

@@ -63,6 +63,11 @@ class Cluster:
         self._fetching = ThreadPoolExecutor(16, thread_name_prefix="fetching")
         threading.Thread(target=self._watch, name="cluster", daemon=True).start()
 
+    @property
+    def cores(self) -> int:
+        """That its workers have: one a task."""
+        return self.width
+
     def submit(self, function: str, *arguments: object) -> Future:
         task = _Task(function, arguments)
         task.future.set_running_or_notify_cancel()

@@ -62,7 +62,7 @@ class Lane:
     with the last line that the process wrote. threads: of Mitsuba in it, where no EVALSUITE_THREADS says otherwise.
     """
 
-    width = 1
+    width, cores = 1, os.cpu_count() or 1
 
     def __init__(self, name: str, limit_s: float = TASK_LIMIT_S, threads: int | None = None) -> None:
         self.name, self._limit_s, self._threads = name, limit_s, threads
@@ -175,10 +175,10 @@ class _importable_main:
 
 
 class Pool:
-    """`width` lanes that take tasks as they become free; same interface as one."""
+    """`width` lanes that take tasks as they become free; same interface as one. cores: that all of them have."""
 
     def __init__(self, name: str, width: int, threads: int | None = None) -> None:
-        self.width = width
+        self.width, self.cores = width, os.cpu_count() or 1
         self._lanes = [Lane(name if width == 1 else f"{name}-{k}", threads=threads) for k in range(width)]
         self._free: SimpleQueue[Lane] = SimpleQueue()
         for lane in self._lanes:

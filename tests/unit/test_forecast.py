@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -48,6 +49,15 @@ def test_what_earlier_runs_wrote_is_read_and_what_is_broken_passed_over(tmp_path
     assert [row["kind"] for row in rows] == ["reference", "run"]
     assert forecast._whole(rows[0], "reference") and forecast._whole(rows[1], "run")
     assert not forecast._whole({"kind": "run", "wall": "long"}, "run") and not forecast._whole({"kind": "run"}, "run")
+
+
+def test_references_of_other_clusters_count_by_their_cores(tmp_path):
+    rows = [reference(0.02) | {"cores": 8}, reference(0.02) | {"cores": 2}, reference(0.02)]  # the last: of before cores were kept
+    costs.append(tmp_path, rows)
+    workers = SimpleNamespace(passes=SimpleNamespace(cores=4))
+    here = SimpleNamespace(store=SimpleNamespace(root=tmp_path), costs=[], workers=workers)
+    found, _ = forecast.known(here)
+    assert [row["seconds"] / rows[0]["seconds"] for row in found] == [2.0, 0.5, 1.0]
 
 
 def test_the_file_does_not_grow_without_end(tmp_path, monkeypatch):
