@@ -52,7 +52,7 @@ def test_what_earlier_runs_wrote_is_read_and_what_is_broken_passed_over(tmp_path
 
 
 def test_references_of_other_clusters_count_by_their_cores(tmp_path):
-    rows = [reference(0.02) | {"cores": 8}, reference(0.02) | {"cores": 2}, reference(0.02)]  # the last: of before cores were kept
+    rows = [reference(0.02) | {"cores": 8}, reference(0.02) | {"cores": 2}, reference(0.02)]  # the last of before
     costs.append(tmp_path, rows)
     workers = SimpleNamespace(passes=SimpleNamespace(cores=4))
     here = SimpleNamespace(store=SimpleNamespace(root=tmp_path), costs=[], workers=workers)
