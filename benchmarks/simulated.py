@@ -10,6 +10,16 @@ import sys
 import numpy as np
 
 
+#: What a worker watches of its machine: a thousand of them on one would do nothing else.
+QUIET = {
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "60s",
+    "distributed.admin.system-monitor.interval": "1h",
+    "distributed.admin.system-monitor.disk": False,
+    "distributed.admin.system-monitor.gil.enabled": False,
+}
+
+
 async def task(expected: object, function: str, seconds: float, answer: int) -> np.ndarray:
     """In the place of `execute.there.run`: takes `seconds` and answers with so many bytes."""
     await asyncio.sleep(seconds)
@@ -21,7 +31,7 @@ async def workers(address: str, count: int) -> None:
     import dask
     from distributed import Worker
 
-    with dask.config.set({"distributed.worker.profile.enabled": False, "distributed.admin.tick.interval": "10s"}):
+    with dask.config.set(QUIET):
         made = [Worker(address, nthreads=1, memory_limit=0, dashboard=False) for _ in range(count)]
         for first in range(0, count, 50):
             await asyncio.gather(*made[first : first + 50])
