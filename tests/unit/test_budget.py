@@ -91,7 +91,8 @@ def test_undecided_pairs_come_first_and_a_batch_leaves_time_to_learn():
 
 
 @pytest.mark.parametrize(("known", "foretold", "finest", "error"), [
-    (True, 20.0, 0.001, 0.02), (True, 40.0, 0.001, 0.1), (False, 20.0, 0.001, 0.1), (True, 20.0, 0.05, 0.05), (False, 0.0, 0.3, 0.3),
+    (True, 20.0, 0.001, 0.02), (True, 40.0, 0.001, 0.1), (False, 20.0, 0.001, 0.1), (True, 20.0, 0.05, 0.05),
+    (False, 0.0, 0.3, 0.3),
 ])  # fmt: skip
 def test_the_pilot_is_a_draft_where_that_is_known_to_fit(monkeypatch, known, foretold, finest, error):
     monkeypatch.setattr(budget.forecast, "at_hand", lambda run, cells: known)
