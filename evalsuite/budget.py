@@ -26,7 +26,6 @@ from evalsuite.pipeline import Run, evaluate_all
 from evalsuite.plan import QUALITY, Cell, usual_cap
 from evalsuite.rounds import OF_TWO, Made, decide, half, name_of, stated, tellable, told
 from evalsuite.sampling_law import Law, errors_of
-from evalsuite.store import costs
 
 #: Relative standard errors of the pilot: where there is time for it, and else.
 PILOT, COARSE = QUALITY["draft"][0], 0.1
@@ -50,14 +49,15 @@ def seconds_of(text: str) -> float:
 
 
 def pilot(run: Run, cells: Sequence[Cell], seconds: float) -> Run:
-    """The run at its pilot's error: as a draft where earlier runs let expect it within a third of the budget, else coarser."""
+    """The run at its pilot's error: as a draft where earlier runs of these scenes let expect it in a third of the budget, else
+    coarser."""
 
     def at(error: float) -> Run:
         error = max(error, run.settings.target_error)
         return run.twin(replace(run.settings, target_error=error, cap=min(usual_cap(error), run.settings.cap)), run.progress)
 
     with contextlib.suppress(WorkerFailed):  # its cells will say so
-        if costs.read(run.store.root) and forecast.forecast(at(PILOT), cells).seconds[0] <= seconds / 3:
+        if forecast.at_hand(run, cells) and forecast.forecast(at(PILOT), cells).seconds[0] <= seconds / 3:
             return at(PILOT)
     return at(COARSE)
 

@@ -8,7 +8,9 @@ import json
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,7 @@ import numpy as np
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn
+from rich.table import Column
 from rich.text import Text
 
 from evalsuite import budget, forecast, rounds
@@ -66,8 +69,8 @@ def run_report(
         _workers(jobs, scheduler, store := Store(read=read_cache, warn=told.warn)) as workers,
     ):
         run = Run(store, workers, settings, told)
-        if not budget_s and costs.read(run.store.root):
-            run.ahead(_expect, run, todo)
+        if not budget_s:
+            run.progress = replace(told, samples=_foretelling(run, todo))
         first = budget.pilot(run, todo, budget_s) if budget_s else run
         fresh = {cell["id"]: (cell, files) for cell, files in run_cells(first, todo)}
         for cell in kept.values():
@@ -142,17 +145,30 @@ def _asked(settings: Settings, choice: Choice) -> dict:
     return {**stated, "choice": choice_to_json(choice)}
 
 
-def _expect(run: Run, cells: list[Cell]) -> None:
-    """Tell the progress bar what the run will take."""
-    found = forecast.forecast(run, cells)
-    run.progress.expect(found.seconds[0], found.samples[0])
+def _foretelling(run: Run, cells: list[Cell]) -> Callable[[float, float], None]:
+    """The run's `progress.samples`, which lets the progress bar be told what the run will take, once a first reference is under
+    way (a run whose references are in the store is over before) and if that takes no loading of scenes."""
+    samples, pending = run.progress.samples, [cells]
+
+    def expect() -> None:
+        if forecast.at_hand(run, cells):
+            found = forecast.forecast(run, cells)
+            run.progress.expect(found.seconds[0], found.samples[0])
+
+    def told(count: float, seconds: float) -> None:
+        with suppress(IndexError):
+            pending.pop()
+            run.ahead(expect)
+        samples(count, seconds)
+
+    return told
 
 
 class _PaceColumn(ProgressColumn):
     """Samples a second, and time left."""
 
     def __init__(self, pace: Pace) -> None:
-        super().__init__()
+        super().__init__(Column(no_wrap=True))
         self.pace = pace
 
     def render(self, task: object) -> Text:

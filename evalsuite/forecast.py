@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from statistics import median
 
@@ -128,6 +128,21 @@ def known(run: Run) -> tuple[list[dict], list[dict]]:
     references, runs = ([row for row in rows if _whole(row, kind)] for kind in KEYS)
     cores = run.workers.passes.cores
     return [row | {"seconds": row["seconds"] * row.get("cores", cores) / cores} for row in references], runs
+
+
+def at_hand(run: Run, cells: Sequence[Cell]) -> bool:
+    """Whether there are earlier references to go by, and `forecast` would load no scene."""
+    if not known(run)[0]:
+        return False
+    for cell in cells:
+        technique, plain = registry.find(cell.technique), run.source(cell)
+        if not run.has_outline(plain):
+            return False
+        parameters = technique.defaults() | technique.parse(cell.parameters)
+        bound = replace(plain, bindings=run.bind(cell, technique, run.outline(plain), parameters))
+        if not run.has_outline(bound):
+            return False
+    return True
 
 
 def steps_of(run: Run, cell: Cell) -> tuple[str, dict[str, Mapping], int] | None:

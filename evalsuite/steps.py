@@ -171,9 +171,16 @@ class Steps:
                 self._models[key] = scene
         return self._models[key]
 
+    def _outline_key(self, source: SceneSource) -> str:
+        return digest([self.fingerprint(source), str(source.path), source_digest("scene/outline.py")])
+
+    def has_outline(self, source: SceneSource) -> bool:
+        """Whether `outline` would not have to load the scene."""
+        return self.store.has("outline", self._outline_key(source))
+
     def outline(self, source: SceneSource) -> Scene:
         """The scene without its meshes and texels: enough to plan, and quick to read back."""
-        key = digest([self.fingerprint(source), str(source.path), source_digest("scene/outline.py")])
+        key = self._outline_key(source)
         _, meta, _ = self.once("outline", key, lambda: self.store.put("outline", key, outline_to_json(self.model(source))))
         scene = outline_from_json(meta)
         for note in scene.environment.notes if scene.environment else ():

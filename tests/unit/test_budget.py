@@ -12,6 +12,7 @@ import pytest
 from evalsuite import budget
 from evalsuite.allotment import BATCH, SIGMAS, Group, Offer, allot, best
 from evalsuite.errors import EvalsuiteError
+from evalsuite.steps import Settings
 
 
 @pytest.mark.parametrize(
@@ -87,6 +88,19 @@ def test_undecided_pairs_come_first_and_a_batch_leaves_time_to_learn():
     jobs = best([*wide, close], 30.0)
     assert jobs[0][0].name == "close" and sum(offer.seconds for _, offer in jobs) <= 30.0 * BATCH + 10
     assert best(wide, 9.0) == [] and len(best(wide, 10.0)) == 1 and len(best(wide, 1000.0)) == 5
+
+
+@pytest.mark.parametrize(("known", "foretold", "finest", "error"), [
+    (True, 20.0, 0.001, 0.02), (True, 40.0, 0.001, 0.1), (False, 20.0, 0.001, 0.1), (True, 20.0, 0.05, 0.05),
+    (False, 0.0, 0.3, 0.3),
+])  # fmt: skip
+def test_the_pilot_is_a_draft_where_that_is_known_to_fit(monkeypatch, known, foretold, finest, error):
+    monkeypatch.setattr(budget.forecast, "at_hand", lambda run, cells: known)
+    monkeypatch.setattr(budget.forecast, "forecast", lambda run, cells: SimpleNamespace(seconds=(foretold, 0.0, 99.0)))
+    run = SimpleNamespace(settings=Settings(target_error=finest, cap=1 << 19), progress=None)
+    run.twin = lambda settings, progress: SimpleNamespace(settings=settings)
+    assert budget.pilot(run, [], 90.0).settings.target_error == error
+    assert budget.pilot(run, [], 90.0).settings.cap <= 1 << 15
 
 
 class Made:
