@@ -1,6 +1,6 @@
 """Many cells on many workers, both simulated: what the scheduler and the run itself take, and from where on they are too slow.
 
-A simulated cell is what a real one asks of a cluster: four chunks of passes at a time, then a comparison, then a ledger, each
+A simulated cell asks of the cluster what the smallest real one does: a chunk of passes, then a comparison, then a ledger, each
 after the last has come back; as many cells are under way as a run would have. A worker waits instead of rendering and answers
 with as many bytes as asked for. The scheduler is a real one in a process of its own, and so are the connections; the workers
 share one process.
@@ -20,7 +20,7 @@ from benchmarks.figure import Figure, NotMeasured
 from benchmarks.local_dask import LocalDask
 
 TITLE = "Simulated cells on simulated workers"
-TASKS = 6  # of a cell
+TASKS = 3  # of a cell
 
 
 def measure(quick: bool) -> list[Figure]:
@@ -56,9 +56,7 @@ def _driven(dask: LocalDask, workers: int, cells: int, seconds: float, answer: i
             raise NotMeasured(f"{pool.width} workers of {workers} came")
 
         def cell(_: int) -> None:
-            chunks = [pool.submit("benchmarks:passes", seconds, answer) for _ in range(4)]
-            for chunk in chunks:
-                chunk.result()
+            pool.call("benchmarks:passes", seconds, answer)
             pool.call("benchmarks:comparison", seconds, 1000)
             pool.call("benchmarks:ledger", seconds, 1000)
 

@@ -9,7 +9,6 @@ import sys
 
 import numpy as np
 
-
 #: What a worker watches of its machine: a thousand of them on one would do nothing else.
 QUIET = {
     "distributed.worker.profile.enabled": False,
