@@ -32,7 +32,7 @@ PILOT, COARSE = QUALITY["draft"][0], 0.1
 #: Quality to go to where none is asked for.
 FINEST = "publication"
 #: Part of the time left that is given to fresh references: how long they take is known to a fifth or so.
-GIVEN = 0.9
+GIVEN = 0.8
 #: Seconds foretold that count as kept to before any were: one batch tells little of the next.
 SURE = 5.0
 #: Samples that a reference may take of those foretold, so that none takes far longer.
