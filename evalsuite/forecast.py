@@ -70,6 +70,7 @@ def forecast(run: Run, cells: Sequence[Cell]) -> Forecast:
     """What making these cells will take. Raises EvalsuiteError for a scene that cannot be loaded or drawn."""
     rows = costs.read(run.store.root)
     known, runs = ([row for row in rows if _whole(row, kind)] for kind in KEYS)
+    known = [row for row in known if row.get("worst_error") == run.settings.worst_error]
     wanted: dict[str, tuple[Mapping, int]] = {}
     made, pixels = 0, 0
     for cell in cells:

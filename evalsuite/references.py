@@ -46,7 +46,9 @@ def sampled(
     return state, passes.relative_error(state, mask)
 
 
-def _steering(plan: Mapping, mask: NDArray[np.bool_]) -> tuple[Callable[[RenderState], int], Callable[[RenderState], RenderState]]:
+def _steering(
+    plan: Mapping, mask: NDArray[np.bool_]
+) -> tuple[Callable[[RenderState], int], Callable[[RenderState], RenderState]]:
     """How many passes to render next, and whether to go on with another state than the one they made."""
     if "worst_error" in plan:
         goal = adaptive.Goal(plan["worst_error"], plan["target_error"], plan["cap"], mask)

@@ -28,7 +28,7 @@ from evalsuite.image import exr
 from evalsuite.image.color import luminance
 from evalsuite.lights.model import DecompositionSettings
 from evalsuite.plan import DISCS, QUALITY, UNSHADOWED
-from evalsuite.reference import passes
+from evalsuite.reference import adaptive, passes
 from evalsuite.reference.passes import RenderState
 from evalsuite.scene.dependencies import dependencies
 from evalsuite.scene.model import GBuffer, Scene, SceneSource
@@ -45,7 +45,8 @@ _VERSIONS = ("mitsuba", "drjit", "numpy", "moderngl", "OpenEXR", "flip-evaluator
 @dataclass(frozen=True)
 class Settings:
     """What a whole run shares. target_error, cap: relative standard error and samples per pixel at which a reference
-    stops. size: (width, height) or None for the scene's own."""
+    stops. size: (width, height) or None for the scene's own. worst_error: relative standard error of the worst pixel, for
+    which each takes as many samples as it needs; None: all pixels take the same."""
 
     target_error: float = QUALITY["draft"][0]
     cap: int = QUALITY["draft"][1]
@@ -54,12 +55,20 @@ class Settings:
     repair_environment: bool = False
     supersample: int = SUPERSAMPLE
     ledger: bool = True
+    worst_error: float | None = None
 
 
 def about(source: SceneSource, target: str) -> dict[str, str | None]:
     """What a reference is like, so that another's cost tells of its own."""
     environment = source.environment.name if source.environment else None
     return {"scene": source.path.stem, "environment": environment, "target": target, "bsdf": digest(source.bindings)[:12]}
+
+
+def _asked(settings: Settings, facts: Mapping) -> dict[str, float]:
+    """What a cost has to say of a reference whose worst pixel decided its samples: that it did, not the mean error reached."""
+    if settings.worst_error is None:
+        return {}
+    return {"worst_error": settings.worst_error, "reached_error": max(facts["reached_error"], settings.target_error)}
 
 
 @dataclass
@@ -267,7 +276,8 @@ class Steps:
     def reference(
         self, source: SceneSource, target: str, seed: int = 0, decomposition: DecompositionSettings | None = None
     ) -> tuple[Path, dict, bool, str]:
-        """Mitsuba picture: reference.exr, standard_error.exr, halves.npz; meta: samples, reached error, seconds.
+        """Mitsuba picture: reference.exr, standard_error.exr, halves.npz, spp.exr where pixels differ in their samples; meta:
+        samples, reached error, seconds.
         decomposition: how the targets `discs*` take the environment apart (None: with the default settings)."""
         settings = self.settings
         key, plan = self.reference_key(source, target, seed, decomposition)
@@ -286,11 +296,16 @@ class Steps:
                 exr.write(folder / "reference.exr", state.mean)
                 exr.write(folder / "standard_error.exr", passes.standard_error(state, mask))
                 np.savez(folder / "halves.npz", a=state.halves[0], b=state.halves[1], skew=state.skew)
+                if settings.worst_error is not None:
+                    exr.write(folder / "spp.exr", adaptive.samples(state))
 
             facts = {"spp": state.spp, "reached_error": error, "seconds": state.seconds, "capped": error > settings.target_error}
+            facts |= adaptive.facts(state, mask, settings.worst_error)
             with self._lock:
                 pixels = size[0] * size[1]
-                self.costs.append({"kind": "reference", **about(source, target), "pixels": pixels, **facts})
+                self.costs.append(
+                    {"kind": "reference", **about(source, target), "pixels": pixels, **facts, **_asked(settings, facts)}
+                )
             entry = self.store.put("reference", key, facts, fill)
             partial.unlink(missing_ok=True)
             return entry
@@ -302,6 +317,7 @@ class Steps:
     ) -> tuple[str, dict]:
         """The store's key of a reference, and what is asked of the worker for it."""
         plan = {"target": target, "target_error": self.settings.target_error, "cap": self.settings.cap, "seed": seed}
+        plan |= {"worst_error": self.settings.worst_error} if self.settings.worst_error is not None else {}
         formulas = ("math/npr.py",) if target == LOOKUP else ()
         code = [source_digest("reference", "compare/mask.py", *formulas)]
         if target in DISCS:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -22,6 +23,7 @@ from evalsuite.cli.app import (
     Seed,
     Size,
     TargetError,
+    WorstError,
     app,
     err,
     error_of,
@@ -29,6 +31,7 @@ from evalsuite.cli.app import (
     print_json,
     print_table,
     size_of,
+    worst_error_of,
 )
 from evalsuite.errors import EvalsuiteError
 
@@ -47,6 +50,7 @@ def run(
     target: Annotated[list[str] | None, typer.Option(help="A name from `evalsuite list targets`. Repeatable.")] = None,
     quality: Quality = None,
     target_error: TargetError = None,
+    worst_error: WorstError = None,
     size: Size = None,
     out_dir: Annotated[Path | None, typer.Option("--out", help="Output folder; default reports/build/REPORT.")] = None,
     seed: Seed = 0,
@@ -82,6 +86,7 @@ def run(
     from evalsuite.pipeline import Settings
 
     settings = Settings(error, cap or usual, size_of(size) or definition.size, seed, repair_env, ledger=not no_ledger)
+    settings = replace(settings, worst_error=worst_error_of(worst_error))
     if dry_run:
         _foretell(cells, settings, jobs, not no_cache, as_json)
         return

@@ -51,6 +51,19 @@ def worst_error(state: RenderState, mask: NDArray[np.bool_]) -> float:
     return float(_worst(standard_error(state, mask)[mask].max(axis=1)) / abs(mean.mean()))
 
 
+def samples(state: RenderState) -> NDArray[np.float32]:
+    """Samples of each pixel so far, (H, W)."""
+    return np.broadcast_to(state.passes * np.float32(state.pass_spp), state.even.shape[:2]).copy()
+
+
+def facts(state: RenderState, mask: NDArray[np.bool_], asked: float | None) -> dict[str, float]:
+    """Of a finished reference: spp_max, the most samples that a pixel has, and reached_worst_error; nothing where none was asked
+    for."""
+    if asked is None:
+        return {}
+    return {"spp_max": int(samples(state).max()), "reached_worst_error": worst_error(state, mask)}
+
+
 def more(state: RenderState, goal: Goal) -> int:
     """How many passes to render next; 0 when done. The passes that were planned, then on until the mean standard error
     suffices: no single pixel decides that."""
