@@ -21,12 +21,15 @@ from evalsuite.reference.passes import MIN_PASSES, RenderState, standard_error
 #: Samples of a pixel in a pass: squares, as multi-jittering likes them, about a factor of two apart.
 COUNTS = np.array([2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64]) ** 2
 #: The fewest that a pixel of the mask has: what a look finds without noise may have escaped it.
-LEAST = 16
+LEAST = 9
 #: Passes that a plan may have, for the cheapest of them to be taken, as counts are rounded up. Few, as samples of one pass are
-#: stratified against each other.
-PASSES = range(MIN_PASSES, 2 * MIN_PASSES + 1, 2)
+#: stratified against each other; with fewer, chance makes a pixel of thousands seem twice as noisy as it is.
+PASSES = range(2 * MIN_PASSES, 3 * MIN_PASSES + 1, 2)
 #: Part of the planned samples that another look has, and how many looks there are at most.
 LOOK, LOOKS = 8, 3
+#: What is aimed at, of the worst error asked for: noise that few samples find looks smaller to few samples, and the worst of many
+#: estimates is one of those too large.
+AIM = 0.7
 #: A part of the pixels may be noisier than asked for, so that no single sample that found a lamp decides.
 ABOVE = 1e-3
 
@@ -98,10 +101,11 @@ def needed(state: RenderState, goal: Goal) -> NDArray[np.float64]:
     error[~mask] = 0.0
     # The noisiest of the neighbours: what one of them saw, the others may only have missed.
     worst = ndimage.maximum_filter(error.max(axis=2), 3)
-    for_worst = (np.minimum(worst, _worst(worst[mask])) / goal.worst_error) ** 2
-    # The mean error of a number of samples is the least with a share of error^(2/3) for each pixel.
+    for_worst = (np.minimum(worst, _worst(worst[mask])) / (AIM * goal.worst_error)) ** 2
+    # The mean error of a number of samples is the least with a share of error^(2/3) for each pixel. Half of what independent
+    # samples need: stratified ones may do, and else `more` makes up for it.
     share = error.mean(axis=2) ** (2 / 3)
-    for_mean = share * (share[mask].mean() / goal.target_error) ** 2
+    for_mean = 0.5 * share * (share[mask].mean() / goal.target_error) ** 2
     return np.where(mask, np.maximum(for_worst, for_mean), 0.0)
 
 
