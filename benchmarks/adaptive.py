@@ -1,8 +1,9 @@
 """Samples of uniform over samples of adaptive references at equal worst standard error, and the same of their times.
 
-The worst error is not what the references say of themselves: it is measured from the scatter of references with different seeds, as
-many for either side, each pixel's variance pooled over its neighbours alike. Adaptive samples include the looks that were given
-up. Uniform ones have none and the pass size, of two, that needs the fewest: their number follows from the scatter of passes.
+The worst error is not what the references say of themselves: it is measured from the scatter of references with different seeds,
+as many for either side, each pixel's variance pooled over its neighbours alike. Adaptive samples include the looks that were
+given up. Uniform ones have none, and the pass size, of two, that needs the fewest: their number follows from the scatter of
+passes.
 """
 
 from __future__ import annotations

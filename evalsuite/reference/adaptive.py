@@ -112,7 +112,7 @@ def needed(state: RenderState, goal: Goal) -> NDArray[np.float64]:
 def shared(wanted: NDArray[np.float64], numbers: range | tuple[int, ...], goal: Goal) -> tuple[NDArray[np.int32], int]:
     """Samples (H, W) of each pixel in a pass, and how many passes: as few samples in all as `numbers` of passes allow, and no
     more than the cap, for which all pixels give up the same part."""
-    least = np.where(goal.mask, LEAST if LEAST * MIN_PASSES <= goal.cap else COUNTS[0], COUNTS[0])
+    least = np.where(goal.mask, LEAST if LEAST * numbers[0] <= goal.cap else COUNTS[0], COUNTS[0])
 
     def counts(number: int) -> NDArray[np.int32]:
         rung = np.searchsorted(COUNTS, wanted / number * (1.0 - 1e-12))
@@ -124,8 +124,10 @@ def shared(wanted: NDArray[np.float64], numbers: range | tuple[int, ...], goal: 
         # Beyond the highest count only passes help.
         passes_ = max(passes_, 2 * int(np.ceil((wanted / found).max() / 2)))
         over = passes_ * found.sum(dtype=np.int64) / (goal.cap * float(wanted.size))
-        if over <= 1.0 or (found <= least).all():
+        if over <= 1.0:
             return found, passes_
+        if (found <= least).all():
+            return found, max(2 * int(passes_ / over / 2), MIN_PASSES)
         wanted = wanted * min(0.95, 1.0 / over)
 
 
