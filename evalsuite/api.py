@@ -193,7 +193,7 @@ def reference(
         meta["spp"],
         meta["reached_error"],
         meta["capped"],
-        exr.read(place / "spp.exr") if worst_error is not None else None,
+        exr.read(place / "spp.exr")[..., 0] if worst_error is not None else None,
         meta.get("reached_worst_error"),
     )
 
