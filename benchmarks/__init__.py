@@ -2,4 +2,16 @@
 and `measure(quick)`; docs/benchmarks.md says what they measure."""
 
 #: In the order in which they run: the quick ones first.
-NAMES = ("start", "decomposition", "comparison", "page", "prefilter", "frames", "workers", "scheduler", "warm", "overhead")
+NAMES = (
+    "start",
+    "decomposition",
+    "comparison",
+    "page",
+    "prefilter",
+    "frames",
+    "workers",
+    "scheduler",
+    "adaptive",
+    "warm",
+    "overhead",
+)

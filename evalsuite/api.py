@@ -64,7 +64,8 @@ class Reference:
     """Ground truth. mean: (H, W, 3) float32 radiance [W m⁻² sr⁻¹]; standard_error: the same shape, of the mean; halves: two
     independent means of half the samples each; skew: cube root of the third cumulant of the mean's noise [radiance]; mask: (H, W)
     bool, pixels that the scored materials cover whole; spp: samples per pixel; reached_error: relative standard error reached in
-    the mask; capped: whether sampling stopped early."""
+    the mask; capped: whether sampling stopped early. With a `worst_error` also samples: (H, W) of each pixel, whose mean spp is;
+    reached_worst_error."""
 
     mean: NDArray[np.float32]
     standard_error: NDArray[np.float32]
@@ -74,6 +75,8 @@ class Reference:
     spp: int
     reached_error: float
     capped: bool
+    samples: NDArray[np.float32] | None = None
+    reached_worst_error: float | None = None
 
     def __repr__(self) -> str:
         height, width = self.mask.shape
@@ -164,18 +167,20 @@ def reference(
     *,
     target_error: float = QUALITY["draft"][0],
     max_spp: int = QUALITY["publication"][1],
+    worst_error: float | None = None,
     seed: int = 0,
     **decomposition: Value,
 ) -> Reference:
     """Mitsuba ground truth of the scene with the materials that the last `render` of it bound (its own, before any).
 
     target: `evalsuite list targets`. target_error: relative standard error to reach (mean over the mask, over the mean
-    radiance there). max_spp: cap on samples per pixel. decomposition: settings of the environment's decomposition by name
+    radiance there). max_spp: cap on samples per pixel. worst_error: the same of the worst pixel, for which each takes as many
+    samples as it needs (docs/adaptive.md). decomposition: settings of the environment's decomposition by name
     (stop=0.05), for the targets `discs*`; those not given are the last `render`'s. Raises EvalsuiteError for bad input."""
     if target not in TARGETS:
         raise unknown("target", target, TARGETS, "`evalsuite list targets`")
     settings = replace(scene.decomposition, **_decomposition(target, decomposition))
-    run = _run(Settings(target_error=target_error, cap=max_spp, size=scene.source.size))
+    run = _run(Settings(target_error=target_error, cap=max_spp, size=scene.source.size, worst_error=worst_error))
     place, meta, *_ = run.reference(scene.bound, target, seed, settings)
     with np.load(place / "halves.npz") as halves:
         a, b, skew = halves["a"], halves["b"], halves["skew"]
@@ -188,6 +193,8 @@ def reference(
         meta["spp"],
         meta["reached_error"],
         meta["capped"],
+        exr.read(place / "spp.exr")[..., 0] if worst_error is not None else None,
+        meta.get("reached_worst_error"),
     )
 
 

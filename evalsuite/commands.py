@@ -142,6 +142,7 @@ def _asked(settings: Settings, choice: Choice) -> dict:
     size = list(settings.size) if settings.size else None
     stated = {"target_error": settings.target_error, "cap": settings.cap, "size": size, "seed": settings.seed}
     stated |= {"repair_env": settings.repair_environment, "ledger": settings.ledger}
+    stated |= {} if settings.worst_error is None else {"worst_error": settings.worst_error}
     return {**stated, "choice": choice_to_json(choice)}
 
 

@@ -144,7 +144,15 @@ def _run(report: str, blessed: Baseline, asked: Asked, directory: Path, how: Map
     size = asked.size or (tuple(made["size"]) if made.get("size") else definition.size)
     seed = made.get("seed", 0) if asked.seed is None else asked.seed
     ledger = bool(made.get("ledger")) and not asked.no_ledger
-    settings = Settings(error, cap, size, seed, asked.repair_env or bool(made.get("repair_env")), ledger=ledger)
+    settings = Settings(
+        error,
+        cap,
+        size,
+        seed,
+        asked.repair_env or bool(made.get("repair_env")),
+        ledger=ledger,
+        worst_error=made.get("worst_error"),
+    )
     cells = planning.plan(definition, choice)
     run_report(definition, cells, settings, directory, choice=choice, missing_only=False, **how)
 

@@ -122,10 +122,11 @@ def _whole(row: Mapping, kind: str) -> bool:
 
 
 def known(run: Run) -> tuple[list[dict], list[dict]]:
-    """References and runs that can be gone by: those of earlier runs, and what this one has rendered. References with the seconds
-    that they would take on as many cores as this run has."""
+    """References, made as this run's are, and runs that can be gone by: those of earlier runs, and what this one has rendered.
+    References with the seconds that they would take on as many cores as this run has."""
     rows = [*costs.read(run.store.root), *run.costs]
     references, runs = ([row for row in rows if _whole(row, kind)] for kind in KEYS)
+    references = [row for row in references if row.get("worst_error") == run.settings.worst_error]
     cores = run.workers.passes.cores
     return [row | {"seconds": row["seconds"] * row.get("cores", cores) / cores} for row in references], runs
 

@@ -156,6 +156,7 @@ class Run(Steps):
             **image_meta["cost"],
             "reference_s": reference_meta["seconds"],
             "reference_spp": reference_meta["spp"],
+            **({"reference_spp_max": reference_meta["spp_max"]} if "spp_max" in reference_meta else {}),
             "cached": image_cached and reference_cached,
         }
         result["reached_error"] = reference_meta["reached_error"]
@@ -164,6 +165,7 @@ class Run(Steps):
                 f"sampling stopped at the cap of {reference_meta['spp']} spp: the reference's relative standard error is "
                 f"{reference_meta['reached_error']:.2%}, asked for was {self.settings.target_error:.2%}"
             )
+        self._worst(reference, reference_meta, result, files)
         lit = cell.target != LOOKUP
         if lit and outline.environment.radiance.shape == (1, 1, 3) and source.bindings and not kept:
             # In a furnace the truth is albedo × radiance: show the albedo itself beside what the technique returns.
@@ -203,6 +205,19 @@ class Run(Steps):
                 result["notes"].append(f"Headroom: {technique.id} has no parameter that is free against {cell.target}")
         if self.settings.ledger:
             self._ledger(technique, cell.target, source, image_meta["parameters"], (image, image_key), result, files)
+
+    def _worst(self, reference: Path, meta: Mapping, result: dict, files: dict[str, Path]) -> None:
+        """What there is to say of a reference whose pixels differ in their samples."""
+        if (asked := self.settings.worst_error) is None:
+            return
+        reached = meta["reached_worst_error"]
+        result |= {"worst_error": asked, "reached_worst_error": reached}
+        files["spp"] = reference / "spp.exr"
+        if reached > asked:
+            result["warnings"].append(
+                f"the worst pixel's standard error is {reached:.2%} of the mean radiance, asked for was {asked:.2%}: the cap of "
+                f"{self.settings.cap} samples a pixel, or noise that the first passes had not shown"
+            )
 
     def _lifts(self, technique: Technique, target: str, parameters: Mapping) -> bool:
         """Whether the ledger of a cell goes on below its truths, by lifting the technique's assumptions."""
@@ -274,6 +289,8 @@ def reproduce(cell: Cell, settings: Settings) -> str:
     if cell.environment:
         words += ["--env", cell.environment if cell.environment_path.name != cell.environment else str(cell.environment_path)]
     words += ["--target-error", f"{settings.target_error:g}"]
+    if settings.worst_error is not None:
+        words += ["--worst-error", f"{settings.worst_error:g}"]
     if settings.cap != usual_cap(settings.target_error):
         words += ["--cap", str(settings.cap)]
     if cell.headroom:

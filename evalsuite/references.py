@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evalsuite.execute.local import Pool
-from evalsuite.reference import passes
+from evalsuite.reference import adaptive, passes
 from evalsuite.reference.passes import RenderState
 from evalsuite.scene.model import SceneSource
 
@@ -32,30 +32,46 @@ def sampled(
     tell: Callable[[RenderState, float], None],
 ) -> tuple[RenderState, float]:
     """A finished reference, and the relative standard error that it reached. size:
-    (width, height). plan: target, target_error, cap [samples per pixel], seed, and decomposition where the target has one. mask:
+    (width, height). plan: target, target_error, cap [samples per pixel], seed, decomposition where the target has one, and
+    worst_error where the pixels are to differ in their samples (`reference.adaptive`). mask:
     (H, W), where the error counts. partial: file of what a run before left half done, kept up to date here. tell: called after
     each round, with the error so far. Raises WorkerFailed and what `reference.render.passes` does."""
-    goal = plan["target_error"], plan["cap"], mask
+    more, onward = _steering(plan, mask)
     state = passes.load_state(partial, plan["seed"]) or passes.blank(size, plan["seed"])
-    while count := passes.plan(state, *goal):
+    while count := more(state):
         state = _rendered(workers, source, plan, state, min(count, PASSES_PER_ROUND))
         tell(state, passes.relative_error(state, mask))
-        if passes.climbs(state, *goal):
-            state = passes.blank(size, plan["seed"], 4 * state.pass_spp, state.seconds)
+        state = onward(state)
         passes.save_state(state, partial)
     return state, passes.relative_error(state, mask)
 
 
+def _steering(
+    plan: Mapping, mask: NDArray[np.bool_]
+) -> tuple[Callable[[RenderState], int], Callable[[RenderState], RenderState]]:
+    """How many passes to render next, and whether to go on with another state than the one they made."""
+    if "worst_error" in plan:
+        goal = adaptive.Goal(plan["worst_error"], plan["target_error"], plan["cap"], mask)
+        return lambda state: adaptive.more(state, goal), lambda state: adaptive.onward(state, goal)
+    uniform = plan["target_error"], plan["cap"], mask
+
+    def climbed(state: RenderState) -> RenderState:
+        if not passes.climbs(state, *uniform):
+            return state
+        return passes.blank(mask.shape[::-1], state.seed, 4 * state.pass_spp, state.seconds)
+
+    return lambda state: passes.plan(state, *uniform), climbed
+
+
 def _rendered(workers: Pool, source: SceneSource, plan: Mapping, state: RenderState, count: int) -> RenderState:
     """The state after `count` more passes, shared out among the workers."""
-    height, width = state.even.shape[:2]
-    least = -(-CHUNK_SAMPLES // (width * height * state.pass_spp))
+    least = -(-CHUNK_SAMPLES // state.pass_samples)
     share = max(-(-count // workers.width), min(least, count))
     ends = range(state.passes, state.passes + count)
     tasks = []
     for first in ends[::share]:
         numbers = range(first, min(first + share, ends.stop))
-        about = source, plan["target"], state.pass_spp, numbers, plan["seed"], plan.get("decomposition")
+        about = source, plan["target"], state.pass_spp, numbers, plan["seed"], plan.get("decomposition"), state.look
         tasks.append(workers.submit("evalsuite.reference.worker:passes", *about))
     for task in tasks:
         radiance, seconds = task.result()

@@ -28,7 +28,7 @@ from evalsuite.image import exr
 from evalsuite.image.color import luminance
 from evalsuite.lights.model import DecompositionSettings
 from evalsuite.plan import DISCS, QUALITY, UNSHADOWED
-from evalsuite.reference import passes
+from evalsuite.reference import adaptive, passes
 from evalsuite.reference.passes import RenderState
 from evalsuite.scene.dependencies import dependencies
 from evalsuite.scene.model import GBuffer, Scene, SceneSource
@@ -45,7 +45,8 @@ _VERSIONS = ("mitsuba", "drjit", "numpy", "moderngl", "OpenEXR", "flip-evaluator
 @dataclass(frozen=True)
 class Settings:
     """What a whole run shares. target_error, cap: relative standard error and samples per pixel at which a reference
-    stops. size: (width, height) or None for the scene's own."""
+    stops. size: (width, height) or None for the scene's own. worst_error: relative standard error of the worst pixel, for
+    which each takes as many samples as it needs; None: all pixels take the same."""
 
     target_error: float = QUALITY["draft"][0]
     cap: int = QUALITY["draft"][1]
@@ -54,12 +55,20 @@ class Settings:
     repair_environment: bool = False
     supersample: int = SUPERSAMPLE
     ledger: bool = True
+    worst_error: float | None = None
 
 
 def about(source: SceneSource, target: str) -> dict[str, str | None]:
     """What a reference is like, so that another's cost tells of its own."""
     environment = source.environment.name if source.environment else None
     return {"scene": source.path.stem, "environment": environment, "target": target, "bsdf": digest(source.bindings)[:12]}
+
+
+def _asked(settings: Settings, facts: Mapping) -> dict[str, float]:
+    """What a cost has to say of a reference whose worst pixel decided its samples: that it did, not the mean error reached."""
+    if settings.worst_error is None:
+        return {}
+    return {"worst_error": settings.worst_error, "reached_error": max(facts["reached_error"], settings.target_error)}
 
 
 @dataclass
@@ -286,7 +295,8 @@ class Steps:
     def reference(
         self, source: SceneSource, target: str, seed: int = 0, decomposition: DecompositionSettings | None = None
     ) -> tuple[Path, dict, bool, str]:
-        """Mitsuba picture: reference.exr, standard_error.exr, halves.npz; meta: samples, reached error, seconds.
+        """Mitsuba picture: reference.exr, standard_error.exr, halves.npz, spp.exr where pixels differ in their samples; meta:
+        samples, reached error, seconds.
         decomposition: how the targets `discs*` take the environment apart (None: with the default settings)."""
         settings = self.settings
         key, plan = self.reference_key(source, target, seed, decomposition)
@@ -294,13 +304,13 @@ class Steps:
         def make() -> tuple[Path, dict]:
             size = self.model(source).camera.size  # a scene that does not load says so in its own words
             mask, partial = self.object_mask(source), self.store.partial(key)
-            rungs: dict[int, tuple[int, float]] = {}  # passes, and the error of one
+            rungs: dict[int, tuple[int, float]] = {}  # samples of a pass → passes, and the error of one
             before, pool = (0, 0.0), self.workers.passes
 
             def tell(state: RenderState, error: float) -> None:
                 nonlocal before
-                rungs[state.pass_spp] = state.passes, error * state.passes**0.5
-                now = mask.size * sum(rung * count for rung, (count, _) in rungs.items()), state.seconds / pool.width
+                rungs[state.pass_samples] = state.passes, error * state.passes**0.5
+                now = sum(rung * count for rung, (count, _) in rungs.items()), state.seconds / pool.width
                 self.progress.samples(now[0] - before[0], now[1] - before[1])
                 before = now
                 reached = f"{state.spp} spp, {error:.2%} of {settings.target_error:.2%}"
@@ -312,13 +322,17 @@ class Steps:
                 exr.write(folder / "reference.exr", state.mean)
                 exr.write(folder / "standard_error.exr", passes.standard_error(state, mask))
                 np.savez(folder / "halves.npz", a=state.halves[0], b=state.halves[1], skew=state.skew)
+                if settings.worst_error is not None:
+                    exr.write(folder / "spp.exr", adaptive.samples(state))
 
             facts = {"spp": state.spp, "reached_error": error, "seconds": state.seconds, "capped": error > settings.target_error}
-            facts |= {"pass_errors": {rung: of_a_pass for rung, (_, of_a_pass) in rungs.items()}}
+            facts |= adaptive.facts(state, mask, settings.worst_error)
+            if settings.worst_error is None:
+                facts["pass_errors"] = {rung // mask.size: of_a_pass for rung, (_, of_a_pass) in rungs.items()}
             with self._lock:
                 # As long as all workers together would have taken.
-                took = {"pixels": size[0] * size[1], "cores": pool.cores, "seconds": state.seconds / pool.width}
-                self.costs.append({"kind": "reference", **about(source, target), **facts, **took})
+                took = {"pixels": mask.size, "cores": pool.cores, "seconds": state.seconds / pool.width}
+                self.costs.append({"kind": "reference", **about(source, target), **facts, **took, **_asked(settings, facts)})
             entry = self.store.put("reference", key, facts, fill)
             partial.unlink(missing_ok=True)
             return entry
@@ -330,6 +344,7 @@ class Steps:
     ) -> tuple[str, dict]:
         """The store's key of a reference, and what is asked of the worker for it."""
         plan = {"target": target, "target_error": self.settings.target_error, "cap": self.settings.cap, "seed": seed}
+        plan |= {"worst_error": self.settings.worst_error} if self.settings.worst_error is not None else {}
         formulas = ("math/npr.py",) if target == LOOKUP else ()
         code = [source_digest("reference", "compare/mask.py", *formulas)]
         if target in DISCS:

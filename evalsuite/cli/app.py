@@ -33,6 +33,10 @@ Param = Annotated[
 ]
 Quality = Annotated[str | None, typer.Option(help="draft (2 %), standard (0.5 %) or publication (0.1 %).")]
 TargetError = Annotated[float | None, typer.Option(help="Relative standard error of the reference, instead of --quality.")]
+WorstError = Annotated[
+    float | None,
+    typer.Option(help="Relative standard error of the reference's worst pixel: each then takes as many samples as it needs."),
+]
 #: Largest seed, as a baseline can remember it.
 LARGEST_SEED = 2**31 - 1
 Seed = Annotated[int, typer.Option(min=0, max=LARGEST_SEED, help="Seed of every random number.")]
@@ -77,6 +81,12 @@ def error_of(quality: str | None, target_error: float | None) -> tuple[float, in
     if quality not in QUALITY:
         raise unknown("--quality", quality, QUALITY, "`evalsuite run --help`")
     return QUALITY[quality]
+
+
+def worst_error_of(worst_error: float | None) -> float | None:
+    if worst_error is not None and not 0 < worst_error < 1:
+        raise EvalsuiteError(f"--worst-error {worst_error}", "no usable value", "a relative standard error in (0, 1), as 0.05")
+    return worst_error
 
 
 def print_json(value: Any) -> None:

@@ -17,6 +17,7 @@ from evalsuite.cli.app import (
     Seed,
     Size,
     TargetError,
+    WorstError,
     app,
     err,
     error_of,
@@ -26,6 +27,7 @@ from evalsuite.cli.app import (
     print_table,
     require_exr,
     size_of,
+    worst_error_of,
 )
 from evalsuite.errors import EvalsuiteError
 
@@ -72,10 +74,12 @@ def reference(
     size: Size = None,
     quality: Quality = None,
     target_error: TargetError = None,
+    worst_error: WorstError = None,
     seed: Seed = 0,
     repair_env: RepairEnv = False,
 ) -> None:
-    """Render one Mitsuba picture with its standard error as a second EXR part. The targets discs* take -p for their
+    """Render one Mitsuba picture with its standard error as a second EXR part, and with --worst-error each pixel's samples as a
+    third. The targets discs* take -p for their
     decomposition too (stop=0.05)."""
     from evalsuite import api
     from evalsuite.image import exr
@@ -83,14 +87,15 @@ def reference(
 
     require_exr(output)
     error, cap = error_of(quality, target_error)
+    worst = worst_error_of(worst_error)
     given = {name: values[0] for name, values in parse_parameters(param or []).items()}
     settings = api.of_decomposition(scene, target, given)
     handle = _load(api, scene, env, size, repair_env, {k: v for k, v in given.items() if k not in settings})
     with err.status(f"rendering {escape(scene)}, {escape(target)}"):
-        result = api.reference(handle, target, target_error=error, max_spp=cap, seed=seed, **settings)
+        result = api.reference(handle, target, target_error=error, max_spp=cap, worst_error=worst, seed=seed, **settings)
     exr.write(
         output,
-        {"reference": result.mean, "standard_error": result.standard_error},
+        {"reference": result.mean, "standard_error": result.standard_error} | ({"samples": result.samples} if worst else {}),
         header={"evalsuite_spp": result.spp, "evalsuite_target": target},
     )
     if result.capped:
@@ -100,7 +105,8 @@ def reference(
             style="yellow",
             highlight=False,
         )
-    print(f"{output}  {result.spp} spp, relative standard error {result.reached_error:.2%}")
+    of_worst = f", of the worst pixel {result.reached_worst_error:.2%} (asked for {worst:.2%})" if worst else ""
+    print(f"{output}  {result.spp} spp, relative standard error {result.reached_error:.2%}{of_worst}")
 
 
 def _load(api: Any, scene: str, env: str | None, size: str | None, repair: bool, defines: dict[str, Any]) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -23,6 +24,7 @@ from evalsuite.cli.app import (
     Seed,
     Size,
     TargetError,
+    WorstError,
     app,
     err,
     error_of,
@@ -30,6 +32,7 @@ from evalsuite.cli.app import (
     print_json,
     print_table,
     size_of,
+    worst_error_of,
 )
 from evalsuite.errors import EvalsuiteError
 
@@ -48,6 +51,7 @@ def run(
     target: Annotated[list[str] | None, typer.Option(help="A name from `evalsuite list targets`. Repeatable.")] = None,
     quality: Quality = None,
     target_error: TargetError = None,
+    worst_error: WorstError = None,
     size: Size = None,
     out_dir: Annotated[Path | None, typer.Option("--out", help="Output folder; default reports/build/REPORT.")] = None,
     seed: Seed = 0,
@@ -82,8 +86,9 @@ def run(
     definition = planning.load_report(report)
     choice = planning.Choice(scene or (), technique or (), env, target or (), planning.parse_parameters(param or []), headroom)
     cells = planning.plan(definition, choice)
-    if budget is not None and until_decided:
-        raise EvalsuiteError("--budget", "--until-decided beside it", "one of the two")
+    for option, given in (("--until-decided", until_decided), ("--worst-error", worst_error is not None)):
+        if budget is not None and given:
+            raise EvalsuiteError("--budget", f"{option} beside it", "one of the two")
     budget_s = None if budget is None else seconds_of(budget)
     # What is asked for beside a budget is the finest to go to.
     error, usual = error_of(quality or (FINEST if budget_s and target_error is None else None), target_error)
@@ -93,6 +98,7 @@ def run(
     from evalsuite.pipeline import Settings
 
     settings = Settings(error, cap or usual, size_of(size) or definition.size, seed, repair_env, ledger=not no_ledger)
+    settings = replace(settings, worst_error=worst_error_of(worst_error))
     if dry_run:
         _foretell(cells, settings, {"jobs": jobs, "scheduler": scheduler, "read_cache": not no_cache}, as_json)
         return

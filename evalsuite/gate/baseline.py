@@ -137,6 +137,7 @@ def _scalars(values: list) -> bool:
 RUN: Mapping[str, Callable[[object], bool]] = {
     "target_error": lambda value: isinstance(value, float) and 0 < value < 1,
     "cap": _whole(32),
+    "worst_error": lambda value: isinstance(value, float) and 0 < value < 1,
     "size": lambda value: isinstance(value, list) and len(value) == 2 and all(map(_whole(1, 16384), value)),
     "seed": _whole(0),
     "choice": _choice,

@@ -36,23 +36,31 @@ class RenderState:
     """Everything that a reference has gathered so far; picklable.
 
     even, odd: (H, W, 3) float64 sums of the radiance of even and odd passes: two independent halves. squares, cubes: (H, W, 3)
-    float64 sums of the squares and cubes of all passes' radiance. pass_spp: samples per pixel of one pass. passes: how many.
-    seed: the run's. seconds: time spent rendering (not part of the result).
+    float64 sums of the squares and cubes of all passes' radiance. pass_spp: samples per pixel of one pass, (H, W) int32 where
+    pixels differ (`reference.adaptive`). passes: how many. seed: the run's. seconds: time spent rendering (not part of the
+    result). look, planned: how many states that one was planned by, which gave themselves up for it; and how many passes.
     """
 
     even: NDArray[np.float64]
     odd: NDArray[np.float64]
     squares: NDArray[np.float64]
     cubes: NDArray[np.float64]
-    pass_spp: int
+    pass_spp: int | NDArray[np.int32]
     passes: int
     seed: int
     seconds: float = 0.0
+    look: int = 0
+    planned: int = 0
+
+    @property
+    def pass_samples(self) -> int:
+        """Samples of one pass over the whole picture."""
+        return int(np.broadcast_to(self.pass_spp, self.even.shape[:2]).sum(dtype=np.int64))
 
     @property
     def spp(self) -> int:
-        """Samples per pixel so far."""
-        return self.passes * self.pass_spp
+        """Samples per pixel so far; where pixels differ, their mean."""
+        return round(self.passes * self.pass_samples / math.prod(self.even.shape[:2]))
 
     @property
     def mean(self) -> NDArray[np.float32]:
@@ -90,7 +98,7 @@ class RenderState:
         return (self.even / (self.passes - odd_passes)).astype(np.float32), (self.odd / odd_passes).astype(np.float32)
 
 
-_STATE = ("even", "odd", "squares", "cubes", "pass_spp", "passes", "seconds")
+_STATE = ("even", "odd", "squares", "cubes", "pass_spp", "passes", "seconds", "look", "planned")
 
 
 def save_state(state: RenderState, path: Path) -> None:
@@ -117,17 +125,26 @@ def load_state(path: Path, seed: int) -> RenderState | None:
         values["odd"],
         values["squares"],
         values["cubes"],
-        int(values["pass_spp"]),
+        values["pass_spp"] if values["pass_spp"].ndim else int(values["pass_spp"]),
         int(values["passes"]),
         seed,
         float(values["seconds"]),
+        int(values["look"]),
+        int(values["planned"]),
     )
 
 
-def blank(size: tuple[int, int], seed: int = 0, pass_spp: int = RUNGS[0], seconds: float = 0.0) -> RenderState:
+def blank(
+    size: tuple[int, int],
+    seed: int = 0,
+    pass_spp: int | NDArray[np.int32] = RUNGS[0],
+    seconds: float = 0.0,
+    look: int = 0,
+    planned: int = 0,
+) -> RenderState:
     """A state without any pass. size: (width, height). seconds: already spent on a state given up for this one."""
     zeros = np.zeros((size[1], size[0], 3))
-    return RenderState(zeros, zeros, zeros, zeros, pass_spp, 0, seed, seconds)
+    return RenderState(zeros, zeros, zeros, zeros, pass_spp, 0, seed, seconds, look, planned)
 
 
 def added(state: RenderState, radiance: Iterable[NDArray[np.float32]], seconds: float = 0.0) -> RenderState:
@@ -143,9 +160,10 @@ def added(state: RenderState, radiance: Iterable[NDArray[np.float32]], seconds: 
     return replace(state, even=even, odd=odd, squares=squares, cubes=cubes, passes=number, seconds=state.seconds + seconds)
 
 
-def pass_seed(seed: int, number: int) -> int:
-    """32-bit seed of a pass, mixed so that neither neighbouring runs nor neighbouring passes share streams."""
-    return int(np.random.SeedSequence([seed, number]).generate_state(1)[0])
+def pass_seed(seed: int, number: int, *part: int) -> int:
+    """32-bit seed of a pass, mixed so that neither neighbouring runs nor neighbouring passes share streams. part: which of a
+    pass's streams; its first number is not 0."""
+    return int(np.random.SeedSequence([seed, number, *part]).generate_state(1)[0])
 
 
 #: Side of the window over which neighbouring pixels' variances are pooled.
@@ -193,7 +211,7 @@ def relative_error(state: RenderState, mask: NDArray | None = None) -> float:
 def plan(state: RenderState, target_error: float, cap_spp: int, mask: NDArray | None = None) -> int:
     """How many passes to render next: 0 when the relative error or the cap is reached; never more than doubles the passes,
     since the first estimates are rough; even where the cap allows, to keep the halves balanced. Deterministic."""
-    cap = max(cap_spp // state.pass_spp, 2)
+    cap = max(cap_spp * math.prod(state.even.shape[:2]) // state.pass_samples, 2)
     goal = min(MIN_PASSES, cap)
     if state.passes >= goal:
         error = relative_error(state, mask)

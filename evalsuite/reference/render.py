@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from evalsuite.errors import EvalsuiteError
 from evalsuite.image.files import file_stamp
 from evalsuite.lights.model import DecompositionSettings
+from evalsuite.reference import wavefront
 from evalsuite.reference.integrators import TARGETS, integrator
 from evalsuite.reference.passes import RUNGS, RenderState, added, blank, pass_seed
 from evalsuite.reference.room import near_field
@@ -27,19 +28,24 @@ from evalsuite.scene.model import SceneSource
 def passes(
     source: SceneSource,
     target: str,
-    pass_spp: int,
+    pass_spp: int | NDArray[np.int32],
     numbers: range,
     seed: int = 0,
     decomposition: DecompositionSettings | None = None,
+    look: int = 0,
 ) -> Iterator[NDArray[np.float32]]:
-    """Radiance (H, W, 3) of the passes `numbers` of `target`, of `pass_spp` samples a pixel each. seed: of the run.
+    """Radiance (H, W, 3) of the passes `numbers` of `target`, of `pass_spp` samples a pixel each. seed: of the run. look: of a
+    state whose pixels take different numbers of samples (`RenderState`).
     decomposition: how a target that takes the environment apart does so (None: with the default settings). Raises EvalsuiteError
     for a scene that cannot be loaded, an unknown target, or samples that are NaN or Inf (never swept away)."""
     loaded = load_cached(source, target in TARGETS and TARGETS[target].within_room)
     chosen = integrator(target, loaded.scene.environment, decomposition)
     for number in numbers:
-        image = chosen.render(loaded.mitsuba, 0, seed=pass_seed(seed, number), spp=pass_spp)
-        radiance = np.array(image, dtype=np.float32)[..., :3]
+        if isinstance(pass_spp, int):
+            image = chosen.render(loaded.mitsuba, 0, seed=pass_seed(seed, number), spp=pass_spp)
+            radiance = np.array(image, dtype=np.float32)[..., :3]
+        else:
+            radiance = wavefront.picture(loaded, chosen, pass_spp, seed, number, look)
         _require_finite(radiance, source, target, number)
         yield radiance
 
@@ -63,7 +69,7 @@ def advance(
     if state.even.shape != (height, width, 3):
         raise EvalsuiteError("reference", f"a state of {state.even.shape[1]}×{state.even.shape[0]}", f"{width}×{height}")
     numbers, started = range(state.passes, state.passes + count), time.perf_counter()
-    state = added(state, passes(source, target, state.pass_spp, numbers, state.seed, decomposition))
+    state = added(state, passes(source, target, state.pass_spp, numbers, state.seed, decomposition, state.look))
     return replace(state, seconds=state.seconds + time.perf_counter() - started)
 
 

@@ -63,11 +63,17 @@ def activate() -> dict[str, Any]:
 
 
 def passes(
-    source: SceneSource, target: str, pass_spp: int, numbers: range, seed: int, decomposition: DecompositionSettings | None = None
+    source: SceneSource,
+    target: str,
+    pass_spp: int | NDArray[np.int32],
+    numbers: range,
+    seed: int,
+    decomposition: DecompositionSettings | None = None,
+    look: int = 0,
 ) -> tuple[NDArray[np.float32], float]:
     """Radiance of some passes of a reference, (K, H, W, 3), and the seconds that they took; see `render.passes`."""
     started = time.perf_counter()
-    found = np.stack(list(render.passes(source, target, pass_spp, numbers, seed, decomposition)))
+    found = np.stack(list(render.passes(source, target, pass_spp, numbers, seed, decomposition, look)))
     return found, time.perf_counter() - started
 
 

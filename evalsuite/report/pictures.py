@@ -51,9 +51,19 @@ def titles(cell: Mapping) -> dict[str, tuple[str, str]]:
         f"target-{name}": (f"Truth: {name}", f"what Mitsuba integrates as {name}, a truth of the ledger")
         for name in cell.get("truths") or {}
     }
+    of_samples = (
+        {"spp": ("Samples", "that the reference has of each pixel, logarithmic")} if "spp" in cell.get("images", {}) else {}
+    )
     of_regions = {"regions": ("Regions", "where on the object; a pixel of several has the first one's colour")}
     first = {name: TITLES[name] for name in ("image", "reference")}
-    return {**first, **of_targets, **TITLES, **of_rungs, **(of_regions if "regions" in cell.get("images", {}) else {})}
+    return {
+        **first,
+        **of_targets,
+        **TITLES,
+        **of_rungs,
+        **of_samples,
+        **(of_regions if "regions" in cell.get("images", {}) else {}),
+    }
 
 
 @dataclass(frozen=True)
@@ -111,6 +121,8 @@ def _make(cell: Mapping, paths: Mapping[str, Path], folder: Path, slug: str) -> 
             continue
         try:
             arrays[name] = next(iter(exr.read_parts(path).values()))
+            if name == "spp":
+                arrays[name] = np.log2(np.maximum(arrays[name], 1.0))
         except EvalsuiteError as error:
             problems.append(f"{named[name][0] if name in named else name} cannot be shown: {error}")
     shapes = {array.shape[:2] for array in arrays.values()}
@@ -178,6 +190,8 @@ def _look(
     elif name == "regions":
         scale = scales.regions(cell.get("regions") or ())
         values = values[:: _factor(values), :: _factor(values)]  # numbers have no mean
+    elif name == "spp":
+        scale = scales.samples(values)
     else:
         scale = scales.standard_errors() if name == "zscore" else scales.flip()
     settings = {"activeTMO": "script", "script": scale.glsl, "exposure": 0, "min": scale.low, "max": scale.high}

@@ -90,6 +90,14 @@ def flip() -> Scale:
     return Scale(stops, tuple((v, f"{v:g}") for v in (0.0, 0.25, 0.5, 0.75, 1.0)), "perceived difference, 0 … 1")
 
 
+def samples(logarithm: NDArray) -> Scale:
+    """Samples of a pixel, by their logarithm to the base 2: from the fewest to the most."""
+    low, high = math.floor(logarithm.min()), math.ceil(logarithm.max())
+    high = max(high, low + 1)
+    stops = tuple((low + (high - low) * i / 8, code) for i, code in enumerate(_MAGMA))
+    return Scale(stops, tuple((float(v), f"{2**v}") for v in (low, (low + high) // 2, high)), "samples a pixel, logarithmic")
+
+
 def radiance(exposure: float) -> Scale:
     """Tone-mapped pictures: the radiance that each grey stands for (clamp and sRGB after the exposure)."""
     stops = tuple((i / 8, (round(255 * i / 8),) * 3) for i in range(9))  # even in sRGB code

@@ -20,7 +20,7 @@ from evalsuite.store.cache import file_digest
 #: Changes when pictures are kept in another way: a file with another stamp is written anew.
 VERSION = 2
 #: Pictures that all cells of a reference share.
-SHARED = ("reference", "standard_error")
+SHARED = ("reference", "standard_error", "spp")
 #: (image − reference) / (reference + ε) and |error| in standard errors follow from the others.
 LEFT_OUT = ("relative", "zscore")
 _RUNG, _TRUTH = re.compile(r"rung-\d+"), re.compile(r"target-.+")

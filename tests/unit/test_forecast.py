@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from evalsuite import forecast
+from evalsuite.steps import Settings
 from evalsuite.store import costs
 
 RATE, START = 2e-7, 1.5
@@ -55,9 +56,12 @@ def test_references_of_other_clusters_count_by_their_cores(tmp_path):
     rows = [reference(0.02) | {"cores": 8}, reference(0.02) | {"cores": 2}, reference(0.02)]  # the last of before
     costs.append(tmp_path, rows)
     workers = SimpleNamespace(passes=SimpleNamespace(cores=4))
-    here = SimpleNamespace(store=SimpleNamespace(root=tmp_path), costs=[], workers=workers)
+    here = SimpleNamespace(store=SimpleNamespace(root=tmp_path), costs=[], workers=workers, settings=Settings())
     found, _ = forecast.known(here)
     assert [row["seconds"] / rows[0]["seconds"] for row in found] == [2.0, 0.5, 1.0]
+    here.settings = Settings(worst_error=0.1)  # whose samples follow another law
+    costs.append(tmp_path, [reference(0.02) | {"worst_error": 0.1}])
+    assert [row["worst_error"] for row in forecast.known(here)[0]] == [0.1]
 
 
 def test_the_file_does_not_grow_without_end(tmp_path, monkeypatch):

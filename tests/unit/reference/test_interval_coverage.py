@@ -31,7 +31,8 @@ TABLE = Path(__file__).parents[3] / "reports" / "build" / "intervals.md"
 
 @dataclass(frozen=True)
 class Case:
-    """rival: the other technique of the paired difference. error: relative standard error at which sampling stops."""
+    """rival: the other technique of the paired difference. error: relative standard error at which sampling stops. worst: of the
+    worst pixel, where samples are adaptive."""
 
     scene: str
     environment: str
@@ -40,9 +41,11 @@ class Case:
     target: str
     error: float
     parameters: dict = field(default_factory=dict)
+    worst: float | None = None
 
     def __str__(self) -> str:
-        return f"{self.scene}-{self.environment}-{self.technique}-{self.target}"
+        adaptive = "" if self.worst is None else "-adaptive"
+        return f"{self.scene}-{self.environment}-{self.technique}-{self.target}{adaptive}"
 
 
 CASES = (
@@ -53,6 +56,7 @@ CASES = (
     Case("sphere", "office", "glossy-phong-map", "glossy-boxmip", "unoccluded", 0.04, {"exponent": 10}),
     Case("torus", "cathedral", "glossy-boxmip", "glossy-phong-map", "direct", 0.04, {"exponent": 10}),
     Case("sphere", "sunsky", "glossy-boxmip", "glossy-phong-map", "direct", 0.02, {"exponent": 50}),
+    Case("sphere", "sunsky", "glossy-boxmip", "glossy-phong-map", "direct", 0.04, {"exponent": 50}, 0.4),
 )
 
 
@@ -95,6 +99,7 @@ def test_intervals_hold_the_high_sample_value(case, rows, tmp_path, monkeypatch)
     def low(seed):
         partial = tmp_path / "partial.npz"
         plan = {"target": case.target, "target_error": case.error, "cap": 4096, "seed": seed}
+        plan |= {} if case.worst is None else {"worst_error": case.worst}
         state, _ = references.sampled(Here(), source, mask.shape[::-1], plan, mask, partial, lambda state, error: None)
         partial.unlink(missing_ok=True)
         return state
@@ -110,6 +115,7 @@ def test_intervals_hold_the_high_sample_value(case, rows, tmp_path, monkeypatch)
             hits[name] += lo <= exact[name].value <= hi
     shares = {name: hits[name] / REPETITIONS for name in (*DEBIASED, *OTHERS)}
     cell = f"{case.scene}, {case.environment}, {case.technique}, {case.target}"
+    cell += "" if case.worst is None else f", worst pixel {case.worst:.0%}"
     spp = f"{min(samples)}–{max(samples)}" if min(samples) < max(samples) else str(min(samples))
     rows.append(f"| {cell} | {case.error:.0%} | {spp} | " + " | ".join(f"{s:.1%}" for s in shares.values()) + " |")
     for name in DEBIASED:
