@@ -134,7 +134,8 @@ def predict(
     if not costs.read(store.root):
         return None
     with _workers(jobs, scheduler, store) as workers, console.status("looking at what there is"):
-        return forecast.forecast(Run(store, workers, settings), cells).to_json()
+        found = forecast.forecast(Run(store, workers, settings), cells)
+        return found and found.to_json()
 
 
 def _asked(settings: Settings, choice: Choice) -> dict:
@@ -154,7 +155,8 @@ def _foretelling(run: Run, cells: list[Cell]) -> Callable[[float, float], None]:
     def expect() -> None:
         if forecast.at_hand(run, cells):
             found = forecast.forecast(run, cells)
-            run.progress.expect(found.seconds[0], found.samples[0])
+            if found:
+                run.progress.expect(found.seconds[0], found.samples[0])
 
     def told(count: float, seconds: float) -> None:
         with suppress(IndexError):

@@ -20,7 +20,7 @@ from evalsuite.ledger import truths
 from evalsuite.lights.model import DecompositionSettings
 from evalsuite.pipeline import Run
 from evalsuite.plan import NEAR_FIELD, Cell
-from evalsuite.sampling_law import Law
+from evalsuite.sampling_law import Law, WorstPixel
 from evalsuite.steps import about
 from evalsuite.store import costs
 
@@ -66,9 +66,12 @@ def of_run(run: Run, made: Sequence[tuple[Cell, Mapping]], directory: Path, wall
     }
 
 
-def forecast(run: Run, cells: Sequence[Cell]) -> Forecast:
-    """What making these cells will take. Raises EvalsuiteError for a scene that cannot be loaded or drawn."""
-    references_known, runs = known(run)
+def forecast(run: Run, cells: Sequence[Cell]) -> Forecast | None:
+    """What making these cells will take; None where no earlier run tells. Raises EvalsuiteError for a scene that cannot be loaded
+    or drawn."""
+    (references_known, runs), worst = known(run), run.settings.worst_error
+    if worst is not None and not references_known:
+        return None
     wanted: dict[str, tuple[Mapping, int]] = {}
     made = pixels = drawn = drawn_pixels = 0
     for cell in cells:
@@ -82,7 +85,8 @@ def forecast(run: Run, cells: Sequence[Cell]) -> Forecast:
         if missing or drawing:
             made, pixels = made + 1, pixels + size
             drawn, drawn_pixels = drawn + drawing, drawn_pixels + drawing * size
-    law, settings = Law.of(references_known), run.settings
+    law = Law.of(references_known) if worst is None else WorstPixel(references_known, worst)
+    settings = run.settings
 
     def references(sigmas: float) -> tuple[float, float]:
         taken = [law.reference(like, size, settings.target_error, settings.cap, sigmas) for like, size in wanted.values()]
@@ -126,7 +130,7 @@ def known(run: Run) -> tuple[list[dict], list[dict]]:
     References with the seconds that they would take on as many cores as this run has."""
     rows = [*costs.read(run.store.root), *run.costs]
     references, runs = ([row for row in rows if _whole(row, kind)] for kind in KEYS)
-    references = [row for row in references if row.get("worst_error") == run.settings.worst_error]
+    references = [row for row in references if (row.get("worst_error") is None) == (run.settings.worst_error is None)]
     cores = run.workers.passes.cores
     return [row | {"seconds": row["seconds"] * row.get("cores", cores) / cores} for row in references], runs
 

@@ -112,6 +112,24 @@ class Law:
         return self.start * one.rungs + self.step * one.passes + rate * one.drawn * pixels
 
 
+@dataclass(frozen=True)
+class WorstPixel:
+    """The same of references whose worst pixel decides (`reference.adaptive`). rows: of such references. worst_error: asked for.
+
+    Each pixel takes samples in proportion to its variance, so that all of them go as 1/ε²; plans are by powers of four and know
+    a variance to a quarter, hence a factor of 1.5 for a standard deviation."""
+
+    rows: Sequence[Mapping]
+    worst_error: float
+
+    def reference(self, like: Mapping, pixels: int, error: float, cap: int, sigmas: float = 0.0) -> tuple[float, float]:
+        """As `Law.reference`; error has no say."""
+        rows = _alike(self.rows, like)
+        times = [(row["worst_error"] / self.worst_error) ** 2 * 1.5**sigmas for row in rows]
+        seconds = [row["seconds"] * time * pixels / row["pixels"] for row, time in zip(rows, times, strict=True)]
+        return min(median(row["spp"] * time for row, time in zip(rows, times, strict=True)), cap), median(seconds)
+
+
 def errors_of(row: Mapping) -> dict[int, float]:
     """Relative standard error of a pass by its samples a pixel, as far as a reference's facts tell: of each of its rungs, or, of
     one that does not say, of the rung that it must have been on."""

@@ -9,7 +9,7 @@ import pytest
 
 from evalsuite import sampling_law
 from evalsuite.reference import passes as adding
-from evalsuite.sampling_law import Effort, Law, effort, errors_of
+from evalsuite.sampling_law import Effort, Law, WorstPixel, effort, errors_of
 
 LIKE = {"scene": "s", "environment": "e", "target": "t", "bsdf": "b"}
 START, STEP, RATE = 0.4, 0.02, 3e-7
@@ -147,3 +147,11 @@ def test_drafts_foretell_finer_references(finer):
 def test_facts_that_do_not_say_their_rungs_tell_it_by_their_samples(pass_errors):
     assert errors_of({"spp": 512, "reached_error": 0.01, "pass_errors": pass_errors}) == {64: pytest.approx(0.01 * math.sqrt(8))}
     assert errors_of({"spp": 160, "reached_error": 0.01}) == {16: pytest.approx(0.01 * math.sqrt(10))}
+
+
+def test_worst_pixels_take_samples_as_their_variance():
+    row = reference({16: 0.3}, error=0.02) | {"worst_error": 0.1, "spp": 800, "seconds": 4.0}
+    spp, seconds = WorstPixel([row], 0.05).reference(LIKE, 4 * row["pixels"], 0.02, 1 << 15)
+    assert (spp, seconds) == (3200, 64.0)
+    assert WorstPixel([row], 0.05).reference(LIKE, row["pixels"], 0.02, 1000)[0] == 1000
+    assert WorstPixel([row], 0.05).reference(LIKE, row["pixels"], 0.02, 1 << 15, 1.0)[0] == 4800
