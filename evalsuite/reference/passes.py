@@ -24,7 +24,7 @@ from evalsuite.store.checksums import seal, unseal
 
 MIN_PASSES = 8  # fewer say little about their own scatter: with 8 a pixel's standard error is known to 1/√(2·7) = 27 %
 
-#: Samples per pixel of a pass. Powers of four: multi-jittering takes no other count as it is, and powers of two make film
+#: Samples per pixel of a pass. Powers of four: multi-jittering takes squares as they are, and powers of two make film
 #: sums bit-identical on any number of threads. More samples stratify better, fewer find out sooner that they suffice.
 RUNGS = (16, 64, 256, 1024)
 CLIMB = 4 * MIN_PASSES  # passes still needed at which the next rung's own first look costs no more than staying
