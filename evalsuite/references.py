@@ -31,11 +31,12 @@ def sampled(
     partial: Path,
     tell: Callable[[RenderState, float], None],
 ) -> tuple[RenderState, float]:
-    """A finished reference, and the relative standard error that it reached. size:
-    (width, height). plan: target, target_error, cap [samples per pixel], seed, decomposition where the target has one, and
-    worst_error where the pixels are to differ in their samples (`reference.adaptive`). mask:
-    (H, W), where the error counts. partial: file of what a run before left half done, kept up to date here. tell: called after
-    each round, with the error so far. Raises WorkerFailed and what `reference.render.passes` does."""
+    """A finished reference, and the relative standard error that it reached.
+
+    size: (width, height). plan: target, target_error, cap [samples per pixel], seed, decomposition where the target has one, and
+    worst_error where the pixels are to differ in their samples (`reference.adaptive`). mask: (H, W), where the error counts.
+    partial: file of what a run before left half done, kept up to date here. tell: called after each round, with the error so far.
+    Raises WorkerFailed and what `reference.render.passes` does."""
     more, onward = _steering(plan, mask)
     state = passes.load_state(partial, plan["seed"]) or passes.blank(size, plan["seed"])
     while count := more(state):

@@ -79,8 +79,7 @@ def reference(
     repair_env: RepairEnv = False,
 ) -> None:
     """Render one Mitsuba picture with its standard error as a second EXR part, and with --worst-error each pixel's samples as a
-    third. The targets discs* take -p for their
-    decomposition too (stop=0.05)."""
+    third. The targets discs* take -p for their decomposition too (stop=0.05)."""
     from evalsuite import api
     from evalsuite.image import exr
     from evalsuite.plan import parse_parameters

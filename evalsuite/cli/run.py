@@ -58,7 +58,7 @@ def run(
     jobs: Jobs = None,
     scheduler: Scheduler = None,
     no_cache: NoCache = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only list the cells.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only list the cells, and say what they will take.")] = False,
     missing_only: Annotated[
         bool, typer.Option("--missing-only", help="Keep the cells that the output folder has scored.")
     ] = False,
