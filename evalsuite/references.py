@@ -18,8 +18,8 @@ from evalsuite.scene.model import SceneSource
 
 #: Passes between two looks at the error, which is also how much work a killed run can lose: a few seconds.
 PASSES_PER_ROUND = 16
-#: Samples that a worker should at least be given at a time: a quarter of a second of a core, beside which sending is nothing.
-CHUNK_SAMPLES = 2**22
+#: Samples that a worker should at least be given at a time: a tenth of a second of a core, fifty times what sending takes.
+CHUNK_SAMPLES = 2**20
 
 
 def sampled(
