@@ -74,7 +74,7 @@ def run_report(
         first = budget.pilot(run, todo, budget_s) if budget_s else run
         fresh = {cell["id"]: (cell, files) for cell, files in run_cells(first, todo)}
         for cell in kept.values():
-            files = {name: directory / path for name, path in cell["images"].items()}
+            files = {name: (directory / path).absolute() for name, path in cell["images"].items()}  # a worker is elsewhere
             fresh[cell["id"]] = (cell, files)
         made = [fresh[cell.id] for cell in cells]
         spent = {}

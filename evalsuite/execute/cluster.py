@@ -15,6 +15,7 @@ import os
 import threading
 import time
 import uuid
+from collections import defaultdict, deque
 from collections.abc import Callable
 from concurrent.futures import Future, InvalidStateError, ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -53,7 +54,7 @@ class Cluster:
         self._client = _client(address)
         self._open: set[_Task] = set()
         self._lost: list[_Task] = []
-        self._took: dict[str, list[float]] = {}
+        self._took: defaultdict[str, deque[float]] = defaultdict(lambda: deque(maxlen=100))
         self._scenes: dict[int, tuple[Scene, Any]] = {}
         self._lock, self._ended = threading.Lock(), threading.Event()
         self._home: Pool | None = None
@@ -136,7 +137,7 @@ class Cluster:
             except Exception:  # the worker that had it died before we did ask
                 self._mislaid(task)
                 return
-            self._took.setdefault(task.function, []).append(time.monotonic() - task.since)
+            self._took[task.function].append(time.monotonic() - task.since)
             self._finish(task, None, result)
         elif done.status == "error":
             self._finish(task, _told(done.exception()))
@@ -200,8 +201,8 @@ class Cluster:
             return
         now = time.monotonic()
         for task in waiting:
-            took = self._took.get(task.function, [])
-            limit = max(DAWDLES_S, DAWDLES * median(took[-100:])) if took else DAWDLES_S * DAWDLES
+            took = list(self._took[task.function])
+            limit = max(DAWDLES_S, DAWDLES * median(took)) if took else DAWDLES_S * DAWDLES
             if len(task.sent) == 1 and now - task.since > limit and not task.future.done():
                 busy = {worker for worker, keys in self._client.processing().items() if keys}
                 idle = [worker for worker in self._threads if worker not in busy]
