@@ -59,10 +59,8 @@ def code() -> Mapping[str, str]:
 def sent(value: object, store: Store) -> object:
     """An argument as it travels: paths by what they stand for."""
     if isinstance(value, SceneSource):
-        files = [file_digest(path) for path in dependencies(value.path, value.defines)]
-        digests = (*files, file_digest(value.environment)) if value.environment else tuple(files)
         plain = replace(value, path=Path(), environment=None)
-        return Placed(plain, sent(value.path, store), sent(value.environment, store), tuple(sorted(digests)))
+        return Placed(plain, sent(value.path, store), sent(value.environment, store), _digests(value))
     if isinstance(value, str | Path) and Path(value).is_absolute():
         path = Path(value)
         if path.is_relative_to(store.root) and len(parts := path.relative_to(store.root).parts) > 2:
@@ -75,6 +73,11 @@ def sent(value: object, store: Store) -> object:
     if isinstance(value, list | tuple) and not hasattr(value, "_fields"):
         return type(value)(sent(item, store) for item in value)
     return value
+
+
+def _digests(source: SceneSource) -> tuple[str, ...]:
+    files = dependencies(source.path, source.defines) + ([source.environment] if source.environment else [])
+    return tuple(sorted(file_digest(path) for path in files))
 
 
 def _share(store: Store, kind: str, key: str) -> None:
@@ -105,12 +108,11 @@ def found(value: object) -> object:
         source = replace(value.source, path=found(value.path), environment=found(value.environment))
         fix = "put scenes and maps where all machines see them under the same path"
         try:
-            files = [file_digest(path) for path in dependencies(source.path, source.defines)]
-            digests = (*files, file_digest(source.environment)) if source.environment else tuple(files)
+            digests = _digests(source)
         except (OSError, EvalsuiteError) as error:
             got = error.got if isinstance(error, EvalsuiteError) else error.strerror or "an error"
             raise EvalsuiteError(f"{_here()}, {source.path}", got, "the run's own files", fix) from error
-        if tuple(sorted(digests)) != value.digests:
+        if digests != value.digests:
             raise EvalsuiteError(f"{_here()}, {source.path}", "another scene of that name", "the run's own files", fix)
         return source
     if isinstance(value, Mapping):

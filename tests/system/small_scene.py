@@ -45,6 +45,15 @@ def scene_xml(
     )
 
 
+def write_ball_under_a_lamp(folder: Path) -> None:
+    """ball.xml, a diffuse sphere, and map.exr: noise and a small lamp, under which diffuse techniques differ by little."""
+    texels = np.random.default_rng(1).uniform(0.2, 2.0, (16, 32, 3)).astype(np.float32)
+    texels[4:6, 5:7] = 30.0
+    exr.write(folder / "map.exr", texels)
+    lamp = '<emitter type="envmap"><string name="filename" value="map.exr"/></emitter>'
+    (folder / "ball.xml").write_text(scene_xml(lamp), encoding="utf-8")
+
+
 def shining(directions: np.ndarray) -> np.ndarray:
     """A radiance with all symmetries of the cube, brightest in the middles of its faces, (..., 3)."""
     fourth = (np.asarray(directions, np.float64) ** 4).sum(-1, keepdims=True)  # 1/3 in the corners, 1 in the middles

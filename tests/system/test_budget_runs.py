@@ -5,14 +5,10 @@ from __future__ import annotations
 import json
 import time
 
-import numpy as np
 import pytest
 from schema import validate
-from small_scene import scene_xml
+from small_scene import write_ball_under_a_lamp
 
-from evalsuite.image import exr
-
-EMITTER = '<emitter type="envmap"><string name="filename" value="map.exr"/></emitter>'
 #: Two pictures that differ by little, and one far from both.
 WORDS = ("run", "--scene", "ball.xml", "-t", "diffuse-sh9", "-t", "diffuse-topmip", "-p", "sh_face_size=full,8",
          "--target", "unoccluded", "--size", "48x48")  # fmt: skip
@@ -21,10 +17,7 @@ WORDS = ("run", "--scene", "ball.xml", "-t", "diffuse-sh9", "-t", "diffuse-topmi
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     folder = tmp_path_factory.mktemp("budget")
-    texels = np.random.default_rng(1).uniform(0.2, 2.0, (16, 32, 3)).astype(np.float32)
-    texels[4:6, 5:7] = 30.0
-    exr.write(folder / "map.exr", texels)
-    (folder / "ball.xml").write_text(scene_xml(EMITTER), encoding="utf-8")
+    write_ball_under_a_lamp(folder)
     return folder
 
 

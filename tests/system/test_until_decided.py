@@ -4,22 +4,14 @@ from __future__ import annotations
 
 import json
 
-import numpy as np
 import pytest
-from small_scene import scene_xml
-
-from evalsuite.image import exr
-
-EMITTER = '<emitter type="envmap"><string name="filename" value="map.exr"/></emitter>'
+from small_scene import write_ball_under_a_lamp
 
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     folder = tmp_path_factory.mktemp("decided")
-    texels = np.random.default_rng(1).uniform(0.2, 2.0, (16, 32, 3)).astype(np.float32)
-    texels[4:6, 5:7] = 30.0
-    exr.write(folder / "map.exr", texels)
-    (folder / "ball.xml").write_text(scene_xml(EMITTER), encoding="utf-8")
+    write_ball_under_a_lamp(folder)
     return folder
 
 
