@@ -17,7 +17,7 @@ from typing import Self
 import numpy as np
 
 from evalsuite.plan import NEAR_FIELD
-from evalsuite.reference.passes import CLIMB, MAX_PASS_SAMPLES, MIN_PASSES, RUNGS
+from evalsuite.reference.passes import CLIMB, LOOK, MIN_PASSES, RUNGS, may_climb
 
 #: How a reference is told apart, from most alike to any.
 ALIKE = (("scene", "environment", "target", "bsdf"), ("scene", "environment", "target"), ("scene", "target"), ("target",), ())
@@ -50,12 +50,10 @@ def effort(pass_errors: Mapping[int, float], q: float, error: float, cap: int, p
     drawn = passes = rungs = 0
     for rung in RUNGS:
         rungs += 1
-        needed, most, longer = (errors[rung] / error) ** 2, max(cap // rung, 2), 4 * rung
-        if needed <= CLIMB or most < MIN_PASSES or longer * max(pixels, 1) > MAX_PASS_SAMPLES or longer * MIN_PASSES > cap:
+        needed, most = (errors[rung] / error) ** 2, max(cap // rung, 2)
+        if needed <= CLIMB or not may_climb(rung, pixels, cap):
             break
-        if longer > RUNGS[-1]:
-            break
-        drawn, passes = drawn + MIN_PASSES * rung, passes + MIN_PASSES
+        drawn, passes = drawn + LOOK * rung, passes + LOOK
     count = max(min(2 * math.ceil(needed / 2), most), min(MIN_PASSES, most))
     return Effort(count * rung, drawn + count * rung, passes + count, rungs)
 
@@ -166,7 +164,7 @@ def _drawn(row: Mapping) -> tuple[int, int, float]:
     """Rungs, passes and samples a pixel of a row, with those given up."""
     rungs = sorted(errors_of(row))
     below = rungs[:-1]
-    return len(rungs), MIN_PASSES * len(below) + row["spp"] // rungs[-1], row["spp"] + MIN_PASSES * sum(below)
+    return len(rungs), LOOK * len(below) + row["spp"] // rungs[-1], row["spp"] + LOOK * sum(below)
 
 
 def _kinds(like: Mapping) -> list[tuple]:

@@ -23,11 +23,12 @@ from evalsuite.store.cache import write_atomic
 from evalsuite.store.checksums import seal, unseal
 
 MIN_PASSES = 8  # fewer say little about their own scatter: with 8 a pixel's standard error is known to 1/√(2·7) = 27 %
+LOOK = 2  # of a rung: its mean error over a whole picture is then known to 8 % (the built-in scenes at 64²), enough to climb
 
 #: Samples per pixel of a pass. Powers of four: multi-jittering takes squares as they are, and powers of two make film
 #: sums bit-identical on any number of threads. More samples stratify better, fewer find out sooner that they suffice.
 RUNGS = (16, 64, 256, 1024)
-CLIMB = 4 * MIN_PASSES  # passes still needed at which the next rung's own first look costs no more than staying
+CLIMB = 4 * MIN_PASSES  # passes needed at which the fewest of the next rung cost no more than staying
 MAX_PASS_SAMPLES = 2**27  # of a pass over the whole film: about ten seconds on two cores
 
 
@@ -212,6 +213,8 @@ def plan(state: RenderState, target_error: float, cap_spp: int, mask: NDArray | 
     """How many passes to render next: 0 when the relative error or the cap is reached; never more than doubles the passes,
     since the first estimates are rough; even where the cap allows, to keep the halves balanced. Deterministic."""
     cap = max(cap_spp * math.prod(state.even.shape[:2]) // state.pass_samples, 2)
+    if state.passes < LOOK and _open_above(state, cap_spp):
+        return LOOK - state.passes
     goal = min(MIN_PASSES, cap)
     if state.passes >= goal:
         error = relative_error(state, mask)
@@ -223,11 +226,19 @@ def plan(state: RenderState, target_error: float, cap_spp: int, mask: NDArray | 
 
 
 def climbs(state: RenderState, target_error: float, cap_spp: int, mask: NDArray | None = None) -> bool:
-    """Whether to start over with four times the samples in a pass, asked once, after the first passes: their better
-    stratification then saves more than the few samples thrown away (1413 instead of 3033 samples a pixel from 16 to 64, 692
-    with 256, for a Phong sphere, N = 10, in an interior)."""
-    height, width = state.even.shape[:2]
-    pass_spp = 4 * state.pass_spp
-    if state.passes != MIN_PASSES or pass_spp > RUNGS[-1] or pass_spp * width * height > MAX_PASS_SAMPLES:
+    """Whether to start over with four times the samples in a pass: their better stratification then saves more than the few
+    samples thrown away (1413 instead of 3033 samples a pixel from 16 to 64, 692 with 256, for a Phong sphere, N = 10, in an
+    interior). Asked after the first passes, and once more of a better known error."""
+    if state.passes not in (LOOK, MIN_PASSES) or not _open_above(state, cap_spp):
         return False
-    return pass_spp * MIN_PASSES <= cap_spp and state.passes * (relative_error(state, mask) / target_error) ** 2 > CLIMB
+    return state.passes * (relative_error(state, mask) / target_error) ** 2 > CLIMB
+
+
+def may_climb(pass_spp: int, pixels: int, cap_spp: int) -> bool:
+    """Whether passes of `pass_spp` samples a pixel have a next rung, and the cap allows enough passes there."""
+    longer = 4 * pass_spp
+    return longer <= RUNGS[-1] and longer * pixels <= MAX_PASS_SAMPLES and longer * MIN_PASSES <= cap_spp
+
+
+def _open_above(state: RenderState, cap_spp: int) -> bool:
+    return np.ndim(state.pass_spp) == 0 and may_climb(state.pass_spp, math.prod(state.even.shape[:2]), cap_spp)

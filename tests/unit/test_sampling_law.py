@@ -28,10 +28,8 @@ def renderer(errors, goal, cap, size):
     """What `references.sampled` does, of a picture whose passes have these errors."""
     rung, passes, drawn, all_passes, rungs = 16, 0, 0, 0, 1
     while True:
-        more = (
-            adding.plan(state(errors[rung] / math.sqrt(max(passes, 2)), max(passes, 2), rung, size), goal, cap) if passes else 8
-        )
-        more = min(more, max(cap // rung, 2) - passes, 16)
+        now = state(errors[rung] / math.sqrt(passes), passes, rung, size) if passes else adding.blank((size, size), 0, rung)
+        more = min(adding.plan(now, goal, cap), 16)
         if more <= 0:
             return Effort(passes * rung, drawn, all_passes, rungs)
         passes, drawn, all_passes = passes + more, drawn + more * rung, all_passes + more

@@ -126,6 +126,9 @@ def test_relative_error_and_mask():
 
 def test_plan():
     cap = 64 * 1000
+    assert passes.plan(passes.blank((4, 4)), 0.01, cap) == passes.LOOK  # whether to climb
+    assert passes.plan(passes.blank((4, 4), 0, 1024), 0.01, cap) == passes.MIN_PASSES  # the top: nowhere to climb to
+    assert passes.plan(passes.blank((4, 4), 0, 64), 0.01, 64 * 20) == passes.MIN_PASSES  # the cap allows no climbing
     assert passes.plan(fake(2, 1.0), 0.01, cap) == 6  # first look after eight
     assert passes.plan(fake(16, 0.01), 0.005, cap) == 0  # relative error is half of 0.01: reached
     assert passes.plan(fake(16, 0.012), 0.005, cap) == 8  # (0.006 / 0.005)² · 16 = 23.04 → 24
@@ -137,12 +140,14 @@ def test_plan():
 
 def test_climbs_to_stronger_stratification_when_it_pays():
     cap = 64 * 1000
-    eight = fake(passes.MIN_PASSES, 0.1, pass_spp=16)
-    assert passes.climbs(eight, 0.02, cap)  # (0.05 / 0.02)² · 8 = 50 passes at 16 spp, more than 8 at 64
-    assert not passes.climbs(eight, 0.026, cap)  # 29.6 passes
-    assert not passes.climbs(fake(passes.MIN_PASSES + 2, 0.1, pass_spp=16), 0.02, cap)  # asked once
-    assert not passes.climbs(fake(passes.MIN_PASSES, 0.1, pass_spp=1024), 0.001, cap)  # the top
-    assert not passes.climbs(eight, 0.02, 64 * 7)  # the cap would cut it short
+    for count in (passes.LOOK, passes.MIN_PASSES):  # after the first look, and once more of a better known error
+        look = fake(count, 0.2 / count**0.5, pass_spp=16)
+        assert passes.climbs(look, 0.017, cap)  # (0.1 / 0.017)² = 35 passes at 16 spp, more than 8 at 64
+        assert not passes.climbs(look, 0.018, cap)  # 31
+        assert not passes.climbs(fake(count + 2, 0.2 / count**0.5, pass_spp=16), 0.017, cap)
+        assert not passes.climbs(fake(count, 0.1, pass_spp=1024), 0.001, cap)  # the top
+        assert not passes.climbs(look, 0.017, 64 * 7)  # the cap would cut it short
+    assert not passes.may_climb(256, 2**17 + 1, cap) and passes.may_climb(256, 2**17, cap)  # samples of one pass
 
 
 def test_nan_is_reported_not_swept(source, tmp_path):
