@@ -25,7 +25,8 @@ from evalsuite.reference import adaptive, passes
 from evalsuite.reference.passes import RenderState
 from evalsuite.scene import builtin
 from evalsuite.scene.model import SUBJECT, SceneSource
-from evalsuite.steps import Settings, Steps
+from evalsuite.settings import Settings
+from evalsuite.steps import Steps
 from evalsuite.store.cache import Store
 
 TITLE = "Uniform over adaptive samples at equal worst error"

@@ -9,28 +9,20 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 from rich.console import Console
-from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn
-from rich.table import Column
-from rich.text import Text
 
 from evalsuite import budget, forecast, rounds
 from evalsuite.compare import compare, headroom_pool
-from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed, unknown
+from evalsuite.errors import EvalsuiteError, MachineLacks, WorkerFailed
 from evalsuite.execute.local import Lane, Workers
 from evalsuite.image import exr
-from evalsuite.pace import Pace
-from evalsuite.pipeline import Progress as Told
 from evalsuite.pipeline import Run, Settings, reproduce, run_cells
 from evalsuite.plan import Cell, Choice, Report, choice_to_json
-from evalsuite.scene import builtin
+from evalsuite.progress_bar import progress_bar
 from evalsuite.store import costs, shared
 from evalsuite.store import results as store_results
 from evalsuite.store.cache import Store, write_atomic
@@ -65,7 +57,7 @@ def run_report(
     kept = {c.id: made[c.id] for c in cells if c.id in made and made[c.id]["reproduce"] == reproduce(c, settings)}
     todo = [cell for cell in cells if cell.id not in kept]
     with (
-        _progress(console, len(todo), budget_s) as told,
+        progress_bar(console, len(todo), budget_s) as told,
         _workers(jobs, scheduler, store := Store(read=read_cache, warn=told.warn)) as workers,
     ):
         run = Run(store, workers, settings, told)
@@ -165,39 +157,6 @@ def _foretelling(run: Run, cells: list[Cell]) -> Callable[[float, float], None]:
         samples(count, seconds)
 
     return told
-
-
-class _PaceColumn(ProgressColumn):
-    """Samples a second, and time left."""
-
-    def __init__(self, pace: Pace) -> None:
-        super().__init__(Column(no_wrap=True))
-        self.pace = pace
-
-    def render(self, task: object) -> Text:
-        return Text(str(self.pace))
-
-
-@contextmanager
-def _progress(console: Console, total: int, budget_s: float | None = None) -> Any:
-    pace = Pace(total, budget_s)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), _PaceColumn(pace))
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("starting", total=total)
-
-        def step(text: str) -> None:
-            bar.update(task, description=escape(f"{text[:70]:<70}"))
-
-        def warn(text: str) -> None:
-            bar.console.print(f"warning: {escape(text)}", style="yellow", highlight=False, soft_wrap=True)
-
-        def cell(result: dict) -> None:
-            bar.advance(task)
-            pace.cell()
-            if result["status"] in {"failed", "uncertified"}:
-                warn(f"{result['id']}: {result['message']}")
-
-        yield Told(cell=cell, step=step, warn=warn, samples=pace.samples, expect=pace.expect)
 
 
 def _git() -> str | None:
@@ -302,97 +261,6 @@ def examine() -> dict:
             {"name": "Cache", "ok": False, "text": str(error), "fix": "set EVALSUITE_CACHE to a folder that can be written"}
         )
     return {"checks": checks + shared.checks(), "gl": gl, "mitsuba": mitsuba}
-
-
-def environment_facts(name: str) -> dict:
-    """Facts of a lat-long map: size, range, mean radiance over the sphere, NaN count, where its power comes from."""
-    lane = Lane("reference")
-    try:
-        return lane.call("evalsuite.commands:_environment_facts", builtin.environment_path(name))
-    finally:
-        lane.close()
-
-
-def _environment_facts(path: Path) -> dict:
-    from evalsuite.image.color import luminance
-    from evalsuite.math.sphere import latlong_solid_angles, latlong_to_direction
-    from evalsuite.scene.environment import read_environment
-
-    environment = read_environment(path, repair=True)
-    radiance = environment.radiance.astype(np.float64)
-    height, width = radiance.shape[:2]
-    omega = np.broadcast_to(latlong_solid_angles(height, width), (height, width))
-    light = luminance(radiance)
-    power = light * omega
-    order = np.argsort(-light, axis=None)
-    shares = np.cumsum(power.ravel()[order]) / max(power.sum(), 1e-300)
-    brightest = np.unravel_index(int(order[0]), light.shape)
-    direction = latlong_to_direction((brightest[1] + 0.5) / width, brightest[0] / max(height - 1, 1))
-    half = int(np.searchsorted(shares, 0.5))
-    mean = power.sum() / omega.sum()
-    return {
-        "file": str(path),
-        "width": width,
-        "height": height,
-        "minimum": float(radiance.min()),
-        "maximum": float(radiance.max()),
-        "mean_radiance": [float(c) for c in (radiance * omega[..., None]).sum((0, 1)) / omega.sum()],
-        "maximum_over_mean": float(light.max() / mean) if mean > 0 else None,
-        "nan_or_inf": int((~np.isfinite(exr.read(path))).sum()),
-        "brightest_direction": [round(float(c), 4) for c in np.ravel(direction)],
-        "solid_angle_of_half_the_power_sr": float(omega.ravel()[order[: half + 1]].sum()),
-        "notes": [*environment.notes, *environment.remarks],
-    }
-
-
-def convert_environment(
-    name: str, output: Path, to: str, origin: str | None, size: int | None, view: tuple[float, float, float], repair: bool
-) -> dict:
-    """Write a map in another representation; facts of both: sizes, mean radiance, what the conversion did to the energy."""
-    from evalsuite.image import environment_maps as maps
-    from evalsuite.scene.environment import clean_environment
-
-    for option, value in (("--to", to), ("--from", origin)):
-        if value is not None and value not in maps.REPRESENTATIONS:
-            raise unknown(option, value, maps.REPRESENTATIONS, "`evalsuite env convert --help`")
-    largest = {"latlong": 16384, "cube": 4096, "paraboloid": 8192, "sphere": 8192}[to]
-    if size is not None and (not maps.SMALLEST[to] <= size <= largest or size % 2):
-        raise EvalsuiteError("--size", f"{size}", f"an even number from {maps.SMALLEST[to]} to {largest} for --to {to}")
-    path = builtin.environment_path(name)
-    header = exr.read_header(path) if path.suffix.lower() == ".exr" else {}
-    cleaned = clean_environment(exr.read(path), str(path), repair)
-    height, width = cleaned.radiance.shape[:2]
-    kind = origin or maps.recognise(cleaned.radiance, header)
-    if kind is None:
-        raise EvalsuiteError(
-            path, f"{width} × {height} texels", "a 2:1 lat-long map or a 6:1 strip of cube faces", "say what it is with --from"
-        )
-    source = maps.REPRESENTATIONS[kind].from_picture(cleaned.radiance, header)
-    made = maps.convert(source, to, size, view)
-    picture, attributes = made.picture()
-    exr.write(output, picture, attributes)
-    before, after = source.integral(), made.integral()
-    residual = np.divide(after, before, out=np.ones(3), where=before > 0) - 1.0
-    return {
-        "file": str(path),
-        "from": kind,
-        "from_width": width,
-        "from_height": height,
-        "output": str(output),
-        "to": to,
-        "width": picture.shape[1],
-        "height": picture.shape[0],
-        "header": attributes,
-        "mean_radiance_before": [float(x) for x in before / (4.0 * np.pi)],
-        "mean_radiance_after": [float(x) for x in after / (4.0 * np.pi)],
-        "energy_residual": [float(x) for x in residual],
-        "notes": [*cleaned.notes, *cleaned.remarks],
-    }
-
-
-def make_environment(name: str, output: Path) -> None:
-    """Run the generator of a built-in environment."""
-    builtin.make_environment(name, output)
 
 
 def cache_facts() -> dict:

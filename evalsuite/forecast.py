@@ -15,11 +15,10 @@ from statistics import median
 import numpy as np
 
 from evalsuite.gpu import registry
-from evalsuite.gpu.plan import cannot_stand_for
 from evalsuite.ledger import truths
 from evalsuite.lights.model import DecompositionSettings
 from evalsuite.pipeline import Run
-from evalsuite.plan import NEAR_FIELD, Cell
+from evalsuite.plan import Cell
 from evalsuite.sampling_law import Law, WorstPixel
 from evalsuite.steps import about
 from evalsuite.store import costs
@@ -152,15 +151,10 @@ def at_hand(run: Run, cells: Sequence[Cell]) -> bool:
 
 def steps_of(run: Run, cell: Cell) -> tuple[str, dict[str, Mapping], int] | None:
     """Keys of a cell's picture and of its references, what each of these is like, and pixels; None for one that is skipped."""
-    technique = registry.find(cell.technique)
-    plain = run.source(cell)
-    outline = run.outline(plain)
-    outline.require_drawable()
-    if technique.reason_against_target(cell.target) or (cell.target == NEAR_FIELD and outline.room_file is None):
+    if run.reason_to_skip(cell):
         return None
+    technique, plain = registry.find(cell.technique), run.source(cell)
     source, parameters = run.bound_source(cell, technique, plain)
-    if cannot_stand_for(technique, run.outline(source)):
-        return None
     targets = [cell.target]
     if run.settings.ledger:
         targets += [name for name, _ in truths(technique, cell.target, {**technique.defaults(), **parameters}, True)]
@@ -168,7 +162,7 @@ def steps_of(run: Run, cell: Cell) -> tuple[str, dict[str, Mapping], int] | None
     references = {
         run.reference_key(source, target, run.settings.seed, decomposition)[0]: about(source, target) for target in targets
     }
-    width, height = outline.camera.size
+    width, height = run.outline(plain).camera.size
     return run.image_key(source, technique, parameters), references, width * height
 
 

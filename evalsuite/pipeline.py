@@ -27,7 +27,8 @@ from evalsuite.lights.model import DecompositionSettings
 from evalsuite.plan import NEAR_FIELD, Cell, usual_cap
 from evalsuite.scene import builtin
 from evalsuite.scene.model import OWN, SUBJECT, Scene, SceneSource, own_name
-from evalsuite.steps import Progress, Settings, Steps
+from evalsuite.settings import Progress, Settings
+from evalsuite.steps import Steps
 from evalsuite.store.cache import digest, source_digest
 
 __all__ = ["Progress", "Run", "Settings", "reproduce", "run_cells"]
@@ -69,6 +70,18 @@ class Run(Steps):
         # A default must not pass for what the scene's own material says: the technique reads that there.
         of_technique = {p.name for p in technique.parameters if p.kind == "technique"}
         return source, {name: value for name, value in parameters.items() if name in stated or name in of_technique}
+
+    def reason_to_skip(self, cell: Cell) -> str:
+        """Why a cell cannot be made; empty for one that can. Raises EvalsuiteError for a scene that cannot be loaded or drawn."""
+        technique = registry.find(cell.technique)
+        if reason := technique.reason_against_target(cell.target):
+            return reason
+        plain = self.source(cell)
+        outline = self.outline(plain)
+        outline.require_drawable()
+        if cell.target == NEAR_FIELD and outline.room_file is None:
+            return "the scene names no room, so there is no near field to render"
+        return cannot_stand_for(technique, self.outline(self.bound_source(cell, technique, plain)[0])) or ""
 
     def evaluate(self, cell: Cell) -> tuple[dict, dict[str, Path]]:
         """One cell's results (as in results.json, image paths left to `materialise`) and its image files.
@@ -118,26 +131,17 @@ class Run(Steps):
         return result, files
 
     def _fill(self, cell: Cell, technique: Technique, result: dict, files: dict[str, Path]) -> None:
-        reason = technique.reason_against_target(cell.target)
-        if reason:
+        if reason := self.reason_to_skip(cell):
             result |= {"status": "skipped", "message": reason}
             return
         plain = self.source(cell)
         outline = self.outline(plain)
-        outline.require_drawable()
         if outline.environment:
             result["warnings"] += outline.environment.notes
             result["notes"] += outline.environment.remarks
         result["notes"] += [f"Drawn by Mitsuba only: {name}" for name in outline.mitsuba_only]
         source, parameters = self.bound_source(cell, technique, plain)
         kept = [key for bound in source.bindings.values() for key, value in bound.items() if value == OWN]
-        reason = cannot_stand_for(technique, self.outline(source))
-        if cell.target == NEAR_FIELD and outline.room_file is None:
-            reason = "the scene names no room, so there is no near field to render"
-        if reason:
-            result |= {"status": "skipped", "message": reason}
-            return
-
         certificate = self.certificate(source)
         result["certificate"] = certificate
         image, image_meta, image_cached, image_key = self.image(source, technique, parameters)

@@ -20,7 +20,7 @@ from pathlib import Path
 
 from evalsuite.pipeline import Run, run_cells
 from evalsuite.plan import Cell
-from evalsuite.steps import Progress
+from evalsuite.settings import Progress
 from evalsuite.store.cache import file_digest
 
 Made = tuple[dict, dict[str, Path]]

@@ -37,7 +37,7 @@ def env_list(as_json: Json = False) -> None:
 @env_app.command("info")
 def env_info(file: Annotated[str, typer.Argument(help="Lat-long .exr/.hdr, or a name.")], as_json: Json = False) -> None:
     """Resolution, range, mean, irradiance, and what had to be cleaned."""
-    from evalsuite.commands import environment_facts
+    from evalsuite.commands_environments import environment_facts
 
     facts = environment_facts(file)
     print_json(facts) if as_json else print_table([{"": k, "value": v} for k, v in facts.items()], ["", "value"])
@@ -59,7 +59,7 @@ def env_convert(
     as_json: Json = False,
 ) -> None:
     """Convert between lat-long, cube, dual paraboloid and sphere map; prints what that did to the energy."""
-    from evalsuite.commands import convert_environment
+    from evalsuite.commands_environments import convert_environment
 
     require_exr(output)
     with err.status(f"converting {escape(file)}"):
@@ -81,7 +81,7 @@ def env_make(
     output: Annotated[Path, typer.Option("--output", "-o", help="EXR file to write.")],
 ) -> None:
     """Make a built-in environment anew from its generator."""
-    from evalsuite.commands import make_environment
+    from evalsuite.commands_environments import make_environment
 
     require_exr(output)
     with err.status(f"making {escape(name)}"):

@@ -12,7 +12,7 @@ import pytest
 from evalsuite import budget
 from evalsuite.allotment import BATCH, SIGMAS, Group, Offer, allot, best
 from evalsuite.errors import EvalsuiteError
-from evalsuite.steps import Settings
+from evalsuite.settings import Settings
 
 
 @pytest.mark.parametrize(

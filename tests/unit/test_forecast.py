@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from evalsuite import forecast
-from evalsuite.steps import Settings
+from evalsuite.settings import Settings
 from evalsuite.store import costs
 
 RATE, START = 2e-7, 1.5
