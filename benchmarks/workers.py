@@ -32,8 +32,8 @@ def nothing() -> None:
 
 
 def measure(quick: bool) -> list[Figure]:
-    """128² to 1 %, quick: 64²; four rounds, quick: two."""
-    size, error, rounds = ((64, 64), 0.01, 2) if quick else ((128, 128), 0.01, 4)
+    """256² to 1 %, four rounds; quick: 128², three."""
+    size, error, rounds = ((128, 128), 0.01, 3) if quick else ((256, 256), 0.01, 4)
     with tempfile.TemporaryDirectory() as folder:
         store = Store(Path(folder, "store"), shared="")
         clusters = []
@@ -55,7 +55,7 @@ def measure(quick: bool) -> list[Figure]:
                 dask.close()
     value, ci95 = timing.ratio(alone, both)
     beside = f"one {timing.typical(alone)}, two {timing.typical(both)}"
-    what = f"{len(REFERENCES)} references to {error:.1%}, one worker over two"
+    what = f"{len(REFERENCES)} references of {size[0]}² to {error:.1%}, one worker over two"
     found = [Figure(what, value, ci95, rounds, "×", Limit(1.8, True), beside)]
     for name, times in (("Dask", there), ("processes of this machine", here)):
         value, ci95 = timing.mean(times)
