@@ -20,6 +20,8 @@ from evalsuite.scene.model import SceneSource
 PASSES_PER_ROUND = 16
 #: Samples that a worker should at least be given at a time: a tenth of a second of a core, fifty times what sending takes.
 CHUNK_SAMPLES = 2**20
+#: Chunks of a round for each of several workers: one that is done takes from what another has not begun.
+PARTS = 2
 
 
 def sampled(
@@ -67,7 +69,8 @@ def _steering(
 def _rendered(workers: Pool, source: SceneSource, plan: Mapping, state: RenderState, count: int) -> RenderState:
     """The state after `count` more passes, shared out among the workers."""
     least = -(-CHUNK_SAMPLES // state.pass_samples)
-    share = max(-(-count // workers.width), min(least, count))
+    parts = 1 if workers.width == 1 else PARTS * workers.width
+    share = max(-(-count // parts), min(least, count))
     ends = range(state.passes, state.passes + count)
     tasks = []
     for first in ends[::share]:
