@@ -23,7 +23,7 @@ from evalsuite.store.cache import Store
 
 TITLE = "The suite over bare `mi.render`"
 CHOICE = plan.Choice(scenes=("still-life", "organic"), techniques=("diffuse-sh9",), targets=("path",))
-A_CALL = (1024, 256, 64, 16)  # samples per pixel of a call: as our longest passes have, no size is quicker
+A_CALL = (1024, 256, 64, 16)  # samples per pixel of a call: as our longest passes have; none was quicker
 
 
 def measure(quick: bool) -> list[Figure]:

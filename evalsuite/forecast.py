@@ -151,10 +151,10 @@ def at_hand(run: Run, cells: Sequence[Cell]) -> bool:
 
 def steps_of(run: Run, cell: Cell) -> tuple[str, dict[str, Mapping], int] | None:
     """Keys of a cell's picture and of its references, what each of these is like, and pixels; None for one that is skipped."""
-    if run.reason_to_skip(cell):
+    reason, source, parameters = run.prepared(cell)
+    if reason:
         return None
-    technique, plain = registry.find(cell.technique), run.source(cell)
-    source, parameters = run.bound_source(cell, technique, plain)
+    technique = registry.find(cell.technique)
     targets = [cell.target]
     if run.settings.ledger:
         targets += [name for name, _ in truths(technique, cell.target, {**technique.defaults(), **parameters}, True)]
@@ -162,7 +162,7 @@ def steps_of(run: Run, cell: Cell) -> tuple[str, dict[str, Mapping], int] | None
     references = {
         run.reference_key(source, target, run.settings.seed, decomposition)[0]: about(source, target) for target in targets
     }
-    width, height = run.outline(plain).camera.size
+    width, height = run.outline(source).camera.size
     return run.image_key(source, technique, parameters), references, width * height
 
 

@@ -71,17 +71,19 @@ class Run(Steps):
         of_technique = {p.name for p in technique.parameters if p.kind == "technique"}
         return source, {name: value for name, value in parameters.items() if name in stated or name in of_technique}
 
-    def reason_to_skip(self, cell: Cell) -> str:
-        """Why a cell cannot be made; empty for one that can. Raises EvalsuiteError for a scene that cannot be loaded or drawn."""
-        technique = registry.find(cell.technique)
+    def prepared(self, cell: Cell) -> tuple[str, SceneSource, dict]:
+        """Why the cell is skipped, empty for one that is made, and its `bound_source` (the plain one where its technique does not
+        go with the target). Raises EvalsuiteError for a scene that cannot be loaded or drawn."""
+        technique, plain = registry.find(cell.technique), self.source(cell)
         if reason := technique.reason_against_target(cell.target):
-            return reason
-        plain = self.source(cell)
+            return reason, plain, {}
         outline = self.outline(plain)
         outline.require_drawable()
+        source, parameters = self.bound_source(cell, technique, plain)
+        reason = cannot_stand_for(technique, self.outline(source)) or ""
         if cell.target == NEAR_FIELD and outline.room_file is None:
-            return "the scene names no room, so there is no near field to render"
-        return cannot_stand_for(technique, self.outline(self.bound_source(cell, technique, plain)[0])) or ""
+            reason = "the scene names no room, so there is no near field to render"
+        return reason, source, parameters
 
     def evaluate(self, cell: Cell) -> tuple[dict, dict[str, Path]]:
         """One cell's results (as in results.json, image paths left to `materialise`) and its image files.
@@ -131,16 +133,15 @@ class Run(Steps):
         return result, files
 
     def _fill(self, cell: Cell, technique: Technique, result: dict, files: dict[str, Path]) -> None:
-        if reason := self.reason_to_skip(cell):
+        reason, source, parameters = self.prepared(cell)
+        if reason:
             result |= {"status": "skipped", "message": reason}
             return
-        plain = self.source(cell)
-        outline = self.outline(plain)
+        outline = self.outline(self.source(cell))
         if outline.environment:
             result["warnings"] += outline.environment.notes
             result["notes"] += outline.environment.remarks
         result["notes"] += [f"Drawn by Mitsuba only: {name}" for name in outline.mitsuba_only]
-        source, parameters = self.bound_source(cell, technique, plain)
         kept = [key for bound in source.bindings.values() for key, value in bound.items() if value == OWN]
         certificate = self.certificate(source)
         result["certificate"] = certificate

@@ -2,7 +2,7 @@
 
 A pass of n samples a pixel has a relative standard error E(n). Passes are independent, so k of them have E(n)/√k. A pass's own
 samples are stratified: E(4n) = E(n) 4^−q, where q is 1/2 for independent samples and nearly 1 in smooth lighting, and the nearer
-to 1/2 the longer the passes are. The renderer climbs to longer passes where that saves samples (`render.climbs`); how many it
+to 1/2 the longer the passes are. The renderer climbs to longer passes where that saves samples (`passes.climbs`); how many it
 takes is found by following it there.
 """
 

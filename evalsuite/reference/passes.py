@@ -212,8 +212,9 @@ def relative_error(state: RenderState, mask: NDArray | None = None) -> float:
 def plan(state: RenderState, target_error: float, cap_spp: int, mask: NDArray | None = None) -> int:
     """How many passes to render next: 0 when the relative error or the cap is reached; never more than doubles the passes,
     since the first estimates are rough; even where the cap allows, to keep the halves balanced. Deterministic."""
-    cap = max(cap_spp * math.prod(state.even.shape[:2]) // state.pass_samples, 2)
-    if state.passes < LOOK and _open_above(state, cap_spp):
+    pixels = math.prod(state.even.shape[:2])
+    cap = max(cap_spp * pixels // state.pass_samples, 2)
+    if state.passes < LOOK and may_climb(state.pass_spp, pixels, cap_spp):
         return LOOK - state.passes
     goal = min(MIN_PASSES, cap)
     if state.passes >= goal:
@@ -229,7 +230,7 @@ def climbs(state: RenderState, target_error: float, cap_spp: int, mask: NDArray 
     """Whether to start over with four times the samples in a pass: their better stratification then saves more than the few
     samples thrown away (1413 instead of 3033 samples a pixel from 16 to 64, 692 with 256, for a Phong sphere, N = 10, in an
     interior). Asked after the first passes, and once more of a better known error."""
-    if state.passes not in (LOOK, MIN_PASSES) or not _open_above(state, cap_spp):
+    if state.passes not in (LOOK, MIN_PASSES) or not may_climb(state.pass_spp, math.prod(state.even.shape[:2]), cap_spp):
         return False
     return state.passes * (relative_error(state, mask) / target_error) ** 2 > CLIMB
 
@@ -238,7 +239,3 @@ def may_climb(pass_spp: int, pixels: int, cap_spp: int) -> bool:
     """Whether passes of `pass_spp` samples a pixel have a next rung, and the cap allows enough passes there."""
     longer = 4 * pass_spp
     return longer <= RUNGS[-1] and longer * pixels <= MAX_PASS_SAMPLES and longer * MIN_PASSES <= cap_spp
-
-
-def _open_above(state: RenderState, cap_spp: int) -> bool:
-    return np.ndim(state.pass_spp) == 0 and may_climb(state.pass_spp, math.prod(state.even.shape[:2]), cap_spp)
