@@ -192,6 +192,8 @@ class Run(Steps):
                 "message": "the renderers do not see the same scene: " + "; ".join(certificate["reasons"]),
             }
             return
+        if self.settings.ledger:
+            self._begin_next_truth(technique, cell.target, source, image_meta["parameters"])
         surfaces = self.surfaces(source, cell.target, DecompositionSettings.of(parameters))
         place, meta = self.comparison((image, image_key), (reference, reference_key), self.seen(source).coverage, surfaces)
         result["metrics"] = meta["metrics"]
@@ -228,6 +230,11 @@ class Run(Steps):
         """Whether the ledger of a cell goes on below its truths, by lifting the technique's assumptions."""
         below = any(name == "unoccluded" for name, _ in truths(technique, target, parameters, True))
         return below and bool(technique.lifted(parameters))
+
+    def _begin_next_truth(self, technique: Technique, target: str, source: SceneSource, parameters: Mapping) -> None:
+        """Begin the next reference of a cell's ledger, one at a time: Mitsuba need not wait for the comparison."""
+        for name, _ in truths(technique, target, parameters, False)[1:2]:
+            self.ahead(self.reference, source, name, self.settings.seed, DecompositionSettings.of(parameters))
 
     def _ledger(
         self,

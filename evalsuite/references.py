@@ -59,9 +59,8 @@ def _steering(
     uniform = plan["target_error"], plan["cap"], mask
 
     def climbed(state: RenderState) -> RenderState:
-        if not passes.climbs(state, *uniform):
-            return state
-        return passes.blank(mask.shape[::-1], state.seed, 4 * state.pass_spp, state.seconds)
+        rung = passes.rung(state, *uniform)
+        return state if rung == state.pass_spp else passes.blank(mask.shape[::-1], state.seed, rung, state.seconds)
 
     return lambda state: passes.plan(state, *uniform), climbed
 

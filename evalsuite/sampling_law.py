@@ -2,7 +2,7 @@
 
 A pass of n samples a pixel has a relative standard error E(n). Passes are independent, so k of them have E(n)/√k. A pass's own
 samples are stratified: E(4n) = E(n) 4^−q, where q is 1/2 for independent samples and nearly 1 in smooth lighting, and the nearer
-to 1/2 the longer the passes are. The renderer climbs to longer passes where that saves samples (`passes.climbs`); how many it
+to 1/2 the longer the passes are. The renderer climbs to longer passes where that saves samples (`passes.rung`); how many it
 takes is found by following it there.
 """
 
@@ -17,7 +17,7 @@ from typing import Self
 import numpy as np
 
 from evalsuite.plan import NEAR_FIELD
-from evalsuite.reference.passes import CLIMB, LOOK, MIN_PASSES, RUNGS, may_climb
+from evalsuite.reference.passes import LOOK, MIN_PASSES, RUNGS, rung_for
 
 #: How a reference is told apart, from most alike to any.
 ALIKE = (("scene", "environment", "target", "bsdf"), ("scene", "environment", "target"), ("scene", "target"), ("target",), ())
@@ -47,13 +47,11 @@ def effort(pass_errors: Mapping[int, float], q: float, error: float, cap: int, p
     """What a reference of `pixels` takes for a relative standard error, at most `cap` samples a pixel. pass_errors: that of a
     pass by its samples a pixel, of one rung at least. q: of the first step."""
     errors = _on_all(pass_errors, q)
-    drawn = passes = rungs = 0
-    for rung in RUNGS:
-        rungs += 1
-        needed, most = (errors[rung] / error) ** 2, max(cap // rung, 2)
-        if needed <= CLIMB or not may_climb(rung, pixels, cap):
-            break
-        drawn, passes = drawn + LOOK * rung, passes + LOOK
+    drawn = passes = 0
+    rungs, rung = 1, RUNGS[0]
+    while (higher := rung_for(rung, needed := (errors[rung] / error) ** 2, pixels, cap)) > rung:
+        rungs, drawn, passes, rung = rungs + 1, drawn + LOOK * rung, passes + LOOK, higher
+    most = max(cap // rung, 2)
     count = max(min(2 * math.ceil(needed / 2), most), min(MIN_PASSES, most))
     return Effort(count * rung, drawn + count * rung, passes + count, rungs)
 
@@ -143,13 +141,13 @@ def _real(value: object) -> bool:
 
 
 def _slope(errors: Mapping[int, float]) -> float | None:
-    """q of the first step, from the longest one that is known; None without any."""
-    for step in reversed(range(len(RUNGS) - 1)):
-        low, high = (errors.get(rung, 0.0) for rung in RUNGS[step : step + 2])
-        if low > 0 and high > 0:
-            q = min(max(math.log(low / high, 4), 0.5), 1.0)
-            return min(0.5 + (q - 0.5) / LEFT**step, 1.0)
-    return None
+    """q of the first step, from the two longest rungs that are known; None without two."""
+    known = [step for step, rung in enumerate(RUNGS) if errors.get(rung, 0.0) > 0]
+    if len(known) < 2:
+        return None
+    low, high = known[-2:]
+    q = min(max(math.log(errors[RUNGS[low]] / errors[RUNGS[high]], 4) / (high - low), 0.5), 1.0)  # of a step there, on average
+    return min(0.5 + (q - 0.5) * (high - low) / sum(LEFT**step for step in range(low, high)), 1.0)
 
 
 def _alike(known: Sequence[Mapping], like: Mapping) -> list[Mapping]:

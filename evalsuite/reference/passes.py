@@ -29,6 +29,8 @@ LOOK = 2  # of a rung: its mean error over a whole picture is then known to 8 % 
 #: sums bit-identical on any number of threads. More samples stratify better, fewer find out sooner that they suffice.
 RUNGS = (16, 64, 256, 1024)
 CLIMB = 4 * MIN_PASSES  # passes needed at which the fewest of the next rung cost no more than staying
+#: How many times fewer passes the next rung usually needs: four times the samples, stratified better. Of 35 built-in references.
+GAINS = {16: 6.6, 64: 5.7, 256: 5.1}
 MAX_PASS_SAMPLES = 2**27  # of a pass over the whole film: about ten seconds on two cores
 
 
@@ -226,13 +228,23 @@ def plan(state: RenderState, target_error: float, cap_spp: int, mask: NDArray | 
     return min(more + more % 2, max(cap - state.passes, 1))
 
 
-def climbs(state: RenderState, target_error: float, cap_spp: int, mask: NDArray | None = None) -> bool:
-    """Whether to start over with four times the samples in a pass: their better stratification then saves more than the few
-    samples thrown away (1413 instead of 3033 samples a pixel from 16 to 64, 692 with 256, for a Phong sphere, N = 10, in an
-    interior). Asked after the first passes, and once more of a better known error."""
-    if state.passes not in (LOOK, MIN_PASSES) or not may_climb(state.pass_spp, math.prod(state.even.shape[:2]), cap_spp):
-        return False
-    return state.passes * (relative_error(state, mask) / target_error) ** 2 > CLIMB
+def rung(state: RenderState, target_error: float, cap_spp: int, mask: NDArray | None = None) -> int:
+    """Samples per pixel of a pass to go on with: those of the state, or more, to start over with. Better stratification then saves
+    more than the few samples thrown away (1413 instead of 3033 samples a pixel from 16 to 64, 692 with 256, for a Phong sphere,
+    N = 10, in an interior). Asked after the first passes, and once more of a better known error."""
+    if state.passes not in (LOOK, MIN_PASSES):
+        return state.pass_spp
+    needed = state.passes * (relative_error(state, mask) / target_error) ** 2
+    return rung_for(state.pass_spp, needed, math.prod(state.even.shape[:2]), cap_spp)
+
+
+def rung_for(pass_spp: int, needed: float, pixels: int, cap_spp: int) -> int:
+    """The rung for a picture that needs so many passes of `pass_spp` samples. One where it would usually not stay either is
+    passed over: its look would be thrown away as well."""
+    while needed > CLIMB and may_climb(pass_spp, pixels, cap_spp):
+        needed /= GAINS[pass_spp]
+        pass_spp *= 4
+    return pass_spp
 
 
 def may_climb(pass_spp: int, pixels: int, cap_spp: int) -> bool:

@@ -142,12 +142,20 @@ def test_climbs_to_stronger_stratification_when_it_pays():
     cap = 64 * 1000
     for count in (passes.LOOK, passes.MIN_PASSES):  # after the first look, and once more of a better known error
         look = fake(count, 0.2 / count**0.5, pass_spp=16)
-        assert passes.climbs(look, 0.017, cap)  # (0.1 / 0.017)² = 35 passes at 16 spp, more than 8 at 64
-        assert not passes.climbs(look, 0.018, cap)  # 31
-        assert not passes.climbs(fake(count + 2, 0.2 / count**0.5, pass_spp=16), 0.017, cap)
-        assert not passes.climbs(fake(count, 0.1, pass_spp=1024), 0.001, cap)  # the top
-        assert not passes.climbs(look, 0.017, 64 * 7)  # the cap would cut it short
+        assert passes.rung(look, 0.017, cap) == 64  # (0.1 / 0.017)² = 35 passes at 16 spp, more than 8 at 64
+        assert passes.rung(look, 0.018, cap) == 16  # 31
+        assert passes.rung(fake(count + 2, 0.2 / count**0.5, pass_spp=16), 0.017, cap) == 16
+        assert passes.rung(fake(count, 0.1, pass_spp=1024), 0.001, cap) == 1024  # the top
+        assert passes.rung(look, 0.017, 64 * 7) == 16  # the cap would cut it short
     assert not passes.may_climb(256, 2**17 + 1, cap) and passes.may_climb(256, 2**17, cap)  # samples of one pass
+
+
+def test_passes_over_rungs_on_which_it_would_not_stay():
+    cap, many = 1 << 20, passes.CLIMB
+    assert [passes.rung_for(16, many * times, 4096, cap) for times in (0.9, 6.5, 6.7, 37, 38, 1e9)] == [16, 64, 256, 256, 1024, 1024]
+    assert [passes.rung_for(64, many * times, 4096, cap) for times in (0.9, 5.6, 5.8)] == [64, 256, 1024]
+    assert passes.rung_for(16, many * 1e9, 4096, 256 * 8) == 256, "the cap"
+    assert passes.rung_for(16, many * 1e9, passes.MAX_PASS_SAMPLES // 64, cap) == 64, "samples of one pass"
 
 
 def test_nan_is_reported_not_swept(source, tmp_path):
