@@ -33,6 +33,9 @@ from evalsuite.store.cache import digest, source_digest
 
 __all__ = ["Progress", "Run", "Settings", "reproduce", "run_cells"]
 
+#: What a comparison says that a cell's results repeat.
+SCORED = ("metrics", "exposure", "mask_pixels", "mean_image", "mean_reference", "regions", "curves", "blob", "looked_up")
+
 
 class Run(Steps):
     """Makes cells out of steps."""
@@ -151,25 +154,11 @@ class Run(Steps):
         reference, reference_meta, reference_cached, reference_key = self.reference(
             source, cell.target, self.settings.seed, DecompositionSettings.of(parameters)
         )
-        result["reference_id"] = reference_key[:16]  # cells with the same have the very same reference
         result["all_parameters"] = image_meta["parameters"] | dict.fromkeys(kept, "the scene's own bitmap") | dict(cell.defines)
-        result["mapping"], result["fit"] = image_meta["mapping"], image_meta["fit"]
-        result["notes"] += image_meta["notes"]
+        result["reference_id"] = reference_key[:16]  # cells with the same have the very same reference
+        self._told(image_meta, reference_meta, image_cached and reference_cached, result)
         if (image / "probe.npz").exists():
             result["probe"] = surroundings.probe_error(self, source, image / "probe.npz")
-        result["cost"] = {
-            **image_meta["cost"],
-            "reference_s": reference_meta["seconds"],
-            "reference_spp": reference_meta["spp"],
-            **({"reference_spp_max": reference_meta["spp_max"]} if "spp_max" in reference_meta else {}),
-            "cached": image_cached and reference_cached,
-        }
-        result["reached_error"] = reference_meta["reached_error"]
-        if reference_meta["capped"]:
-            result["warnings"].append(
-                f"sampling stopped at the cap of {reference_meta['spp']} spp: the reference's relative standard error is "
-                f"{reference_meta['reached_error']:.2%}, asked for was {self.settings.target_error:.2%}"
-            )
         self._worst(reference, reference_meta, result, files)
         lit = cell.target != LOOKUP
         if lit and outline.environment.radiance.shape == (1, 1, 3) and source.bindings and not kept:
@@ -196,12 +185,9 @@ class Run(Steps):
             self._begin_next_truth(technique, cell.target, source, image_meta["parameters"])
         surfaces = self.surfaces(source, cell.target, DecompositionSettings.of(parameters))
         place, meta = self.comparison((image, image_key), (reference, reference_key), self.seen(source).coverage, surfaces)
-        result["metrics"] = meta["metrics"]
-        result |= {k: meta[k] for k in ("exposure", "mask_pixels", "mean_image", "mean_reference")}
-        result |= {k: meta[k] for k in ("regions", "curves", "blob", "looked_up")}
+        result |= {name: meta[name] for name in SCORED} | {"status": "scored"}
         result["notes"] += meta["notes"]
         files |= {name: place / f"{name}.exr" for name in ("error", "relative", "zscore", "flip", "mask", "regions")}
-        result["status"] = "scored"
         if cell.headroom:
             truth, seen = (reference, reference_key), self.seen(source).coverage
             result["headroom"] = [
@@ -212,6 +198,23 @@ class Run(Steps):
                 result["notes"].append(f"Headroom: {technique.id} has no parameter that is free against {cell.target}")
         if self.settings.ledger:
             self._ledger(technique, cell.target, source, image_meta["parameters"], (image, image_key), result, files)
+
+    def _told(self, drawn: Mapping, rendered: Mapping, cached: bool, result: dict) -> None:
+        """What a picture and a reference say of themselves. drawn, rendered: their facts in the store."""
+        result |= {"mapping": drawn["mapping"], "fit": drawn["fit"], "reached_error": rendered["reached_error"]}
+        result["notes"] += drawn["notes"]
+        result["cost"] = {
+            **drawn["cost"],
+            "reference_s": rendered["seconds"],
+            "reference_spp": rendered["spp"],
+            **({"reference_spp_max": rendered["spp_max"]} if "spp_max" in rendered else {}),
+            "cached": cached,
+        }
+        if rendered["capped"]:
+            result["warnings"].append(
+                f"sampling stopped at the cap of {rendered['spp']} spp: the reference's relative standard error is "
+                f"{rendered['reached_error']:.2%}, asked for was {self.settings.target_error:.2%}"
+            )
 
     def _worst(self, reference: Path, meta: Mapping, result: dict, files: dict[str, Path]) -> None:
         """What there is to say of a reference whose pixels differ in their samples."""

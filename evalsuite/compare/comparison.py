@@ -242,7 +242,7 @@ def noisy_picture(mean: NDArray, sigma: NDArray | None, seed: int) -> Noisy:
     """A picture (H, W, 3). Without halves, ± the standard error stands for a realisation of the noise, its sign drawn
     per pixel."""
     if sigma is None:
-        return Noisy(mean, np.zeros_like(mean), np.zeros_like(mean))
+        return Noisy(mean, np.zeros(mean.shape), np.zeros(mean.shape))
     signs = np.random.default_rng(seed).integers(0, 2, mean.shape[:2]) * 2.0 - 1.0
     return Noisy(mean, np.abs(sigma), np.abs(sigma) * signs[..., None])
 

@@ -81,8 +81,16 @@ class Noisy:
     skew: Pixels | None = None
 
     def __getitem__(self, mask: NDArray[np.bool_]) -> Noisy:
-        skew = None if self.skew is None else self.skew[mask]
-        return Noisy(self.mean[mask], self.standard_error[mask], self.noise[mask], self.measured, skew)
+        def inside(values: Pixels) -> Pixels:
+            return values.reshape(-1, 3) if mask.all() else values[mask]  # a picture is a view of itself, at no cost
+
+        skew = None if self.skew is None else inside(self.skew)
+        return Noisy(inside(self.mean), inside(self.standard_error), inside(self.noise), self.measured, skew)
+
+    @property
+    def still(self) -> bool:
+        """Whether there is no noise in it."""
+        return not (self.noise.any() or self.standard_error.any())
 
     @property
     def complex(self) -> NDArray[np.complex128]:
@@ -112,10 +120,12 @@ def debiased(error: PerChannel, image: Noisy, reference: Noisy) -> Metric:
     Richardson's 2 f(R) − ½ (f(A) + f(B)) removes the same share to second order only; what is left has another sign and size.
     Where the noise is too far from normal for its third order to tell all, the interval reaches over both: where that order is
     more than a standard error or, of unknown skewness, where the two differ by more."""
+    if image.still and reference.still:
+        return _exact(float(error(image.mean, reference.mean).mean()))
     found = _analytic(error, image.complex, reference)
     value, known = float(found.real.mean()), measured(image, reference)
     if not math.isfinite(value):
-        return Metric(math.inf, (math.inf, math.inf))
+        return _exact(math.inf)
     spread = standard_error(found.imag, known)
     lo, hi = nonnegative_interval(value, spread)
     first, plus, minus = (error(a, b) for a, b in _realisations(image, reference))
@@ -128,6 +138,10 @@ def debiased(error: PerChannel, image: Noisy, reference: Noisy) -> Metric:
         other = nonnegative_interval(second_order, standard_error((plus - minus) / 2, known))
         lo, hi = min(lo, other[0]), max(hi, other[1])
     return Metric(max(value, 0.0), (lo, hi))
+
+
+def _exact(value: float) -> Metric:
+    return Metric(value, (value, value))
 
 
 def _analytic(error: PerChannel, image: NDArray[np.complex128], reference: Noisy) -> NDArray[np.complex128]:
@@ -153,7 +167,7 @@ def relative_bias(image: Noisy, reference: Noisy) -> Metric:
     """mean(image − reference) / mean(reference) = ā / b̄ − 1, with the uncertainty of both means."""
     (a, da), (b, db) = image.grand_mean, reference.grand_mean
     if b == 0:
-        return Metric(0.0, (0.0, 0.0)) if a == 0 else Metric(math.inf, (math.inf, math.inf))
+        return _exact(0.0 if a == 0 else math.inf)
     value, half = (a - b) / b, Z95 * math.hypot(da / b, db * a / b**2)
     return Metric(value, (value - half, value + half))
 
@@ -164,7 +178,9 @@ def relative_root(image: Noisy, reference: Noisy) -> Metric:
     mean, _ = reference.grand_mean
     mse = debiased(squared_error, image, reference).value
     if mean == 0:
-        return Metric(0.0, (0.0, 0.0)) if mse == 0 else Metric(math.inf, (math.inf, math.inf))
+        return _exact(0.0 if mse == 0 else math.inf)
+    if image.still and reference.still:
+        return _exact(math.sqrt(mse) / abs(mean))
 
     def error(a: Pixels, b: Pixels) -> Pixels:
         return (np.square(a - b) - 2 * mse / mean * (b - mean)) / mean**2
@@ -175,6 +191,8 @@ def relative_root(image: Noisy, reference: Noisy) -> Metric:
 def averaged(error: PerChannel, image: Noisy, reference: Noisy) -> Metric:
     """Mean of an error with a kink at 0 (|a − b|): reported as it is, with an interval that reaches to the noise-free value.
     See `extrapolated`; the order of the noise's share is 1."""
+    if image.still and reference.still:
+        return _exact(float(error(image.mean, reference.mean).mean()))
     f, plus, minus = (error(a, b).mean(axis=-1) for a, b in _realisations(image, reference))
     return extrapolated(f, plus, minus, 1.0, _spread(error, image, reference)).within(0.0)
 
@@ -225,7 +243,7 @@ def maximum(f: Callable[[Pixels, Pixels], Pixels], image: Noisy, reference: Nois
     error = f(image.mean, reference.mean)
     sigma = np.hypot(image.standard_error, reference.standard_error).max(axis=-1)
     if not sigma.any():
-        return Metric(float(error.max()), (float(error.max()), float(error.max())))
+        return _exact(float(error.max()))
     return Metric(float(error.max()), (lowest, float((error + Z95 * sigma).max())))
 
 
@@ -239,7 +257,7 @@ def redrawn(f: Callable[[Pixels, Pixels], float], image: Noisy, reference: Noisy
     value = f(image.mean, reference.mean)
     sigma = np.hypot(image.standard_error, reference.standard_error)
     if not sigma.any():
-        return Metric(value, (value, value))
+        return _exact(value)
     generator = np.random.default_rng(0)
     plus, minus = np.empty(DRAWS), np.empty(DRAWS)
     for k in range(DRAWS):

@@ -12,9 +12,10 @@ import pytest
 
 import benchmarks
 from benchmarks import __main__ as program
-from benchmarks import timing
+from benchmarks import frames, timing
 from benchmarks.figure import Figure, Limit, NotMeasured
 from benchmarks.table import limit, table, value
+from evalsuite.execute.local import Lane
 
 
 def figure(number, limit_=None, ends=None, **more):
@@ -148,3 +149,17 @@ def test_the_table_says_each_limit_in_its_unit():
     assert limit(figure(1.0, Limit(500.0, least=True), unit="×").to_json()) == "≥ 500 ×"
     assert value(figure(0.1212, None, (0.1, 0.2), unit="s").to_json()) == "0.121 [0.1, 0.2] s"
     assert len(table({"a": {"title": "t", "not_measured": None, "figures": [figure(1.0).to_json()] * 2}}).rows) == 2
+
+
+def test_frames_and_what_they_write_beside_a_copy():
+    lane = Lane("gpu")
+    try:
+        speeds = lane.call("benchmarks.frames:copies", 2**22, 4)
+    finally:
+        lane.close()
+    copy = frames.copying(speeds, "some card")
+    assert len(speeds) == 4 and copy.unit == "GB/s" and copy.ci95[0] <= copy.value <= copy.ci95[1] < 1e5
+    (rate,) = frames.rates(("glossy-mcguire",), (64, 48), "some card", 2.0)
+    assert rate.unit == "fps" and rate.what == "office/glossy-mcguire, 64 × 48"
+    written = rate.value * 64 * 48 * 32 * 1e-9
+    assert f"writes {written:.3g} GB/s, {written / 2.0:.1%} of a copy's" in rate.beside
