@@ -121,7 +121,7 @@ def _widened(metric: Metric, by: float, mean: float) -> Metric:
 
 
 def _relative_rms(rung: Noisy, mean: float) -> Metric:
-    square = debiased(squared_error, _NOTHING, rung)
+    square = debiased(squared_error, _NOTHING, rung, quadratic=True)
     return square.map(lambda x: float(np.sqrt(x)) / mean if mean > 0 else float("nan"))
 
 

@@ -135,7 +135,7 @@ def compare(
 def debiased_metrics(picture: Noisy, truth: Noisy) -> dict[str, Metric]:
     """The metrics that are free of the noise's own share, over pixels (P, 3); their intervals hold the truth in 95 %."""
     mean, _ = truth.grand_mean
-    mse = statistics.debiased(metrics.squared_error, picture, truth)
+    mse = statistics.debiased(metrics.squared_error, picture, truth, quadratic=True)
     return {
         "mse": mse,
         "rmse": mse.map(math.sqrt),
@@ -202,7 +202,7 @@ def pixelwise(a: Noisy, b: Noisy) -> dict[str, Metric]:
 
 def mean_square(a: Noisy, b: Noisy) -> Metric:
     """mean (a − b)², free of noise."""
-    return statistics.debiased(metrics.squared_error, a, b)
+    return statistics.debiased(metrics.squared_error, a, b, quadratic=True)
 
 
 def _perceptual_maps(picture: Noisy, truth: Noisy, view: perceptual.View) -> dict[str, tuple[NDArray, ...]]:

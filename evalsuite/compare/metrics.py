@@ -51,5 +51,7 @@ def largest_channel_error(image: Pixels, reference: Pixels) -> Pixels:
 
 def _divide(numerator: Pixels, denominator: Pixels) -> Pixels:
     """numerator / denominator; 0/0 = 0, x/0 = ∞."""
+    if denominator.all():
+        return numerator / denominator
     safe = np.where(denominator != 0, denominator, 1.0)
     return np.where(denominator != 0, numerator / safe, np.where(numerator != 0, np.inf, 0.0))

@@ -80,9 +80,12 @@ class Noisy:
     measured: bool = False
     skew: Pixels | None = None
 
-    def __getitem__(self, mask: NDArray[np.bool_]) -> Noisy:
+    def __getitem__(self, chosen: NDArray) -> Noisy:
+        """Those of pixels, by a mask or by their indices."""
+        everything = chosen.dtype == bool and chosen.all()  # a view, at no cost
+
         def inside(values: Pixels) -> Pixels:
-            return values.reshape(-1, 3) if mask.all() else values[mask]  # a picture is a view of itself, at no cost
+            return values.reshape(-1, 3) if everything else values[chosen]
 
         skew = None if self.skew is None else inside(self.skew)
         return Noisy(inside(self.mean), inside(self.standard_error), inside(self.noise), self.measured, skew)
@@ -113,21 +116,24 @@ class Noisy:
         return float(self.mean.mean()), standard_error(self.noise, self.measured)
 
 
-def debiased(error: PerChannel, image: Noisy, reference: Noisy) -> Metric:
+def debiased(error: PerChannel, image: Noisy, reference: Noisy, quadratic: bool = False) -> Metric:
     """Mean of a nonnegative error per channel, analytic in both pictures, free of the noise's own share; value and ends are not
     below 0 (`unified`).
 
     Richardson's 2 f(R) − ½ (f(A) + f(B)) removes the same share to second order only; what is left has another sign and size.
     Where the noise is too far from normal for its third order to tell all, the interval reaches over both: where that order is
-    more than a standard error or, of unknown skewness, where the two differ by more."""
+    more than a standard error or, of unknown skewness, where the two differ by more. quadratic: the error is, in both pictures:
+    there is no third order."""
     if image.still and reference.still:
         return _exact(float(error(image.mean, reference.mean).mean()))
-    found = _analytic(error, image.complex, reference)
+    found = error(image.complex, reference.complex) if quadratic else _analytic(error, image.complex, reference)
     value, known = float(found.real.mean()), measured(image, reference)
     if not math.isfinite(value):
         return _exact(math.inf)
     spread = standard_error(found.imag, known)
     lo, hi = nonnegative_interval(value, spread)
+    if quadratic:
+        return Metric(max(value, 0.0), (lo, hi))
     first, plus, minus = (error(a, b) for a, b in _realisations(image, reference))
     second_order = float((2 * first - (plus + minus) / 2).mean())
     if reference.skew is None:
@@ -149,8 +155,8 @@ def _analytic(error: PerChannel, image: NDArray[np.complex128], reference: Noisy
     z = reference.complex
     if reference.skew is None:
         return error(image, z)
-    around = np.cbrt(2.0) * reference.skew * _ROOTS.reshape(-1, *(1,) * z.ndim)
-    return error(image, z + around).mean(axis=0)
+    c = np.cbrt(2.0) * reference.skew
+    return sum(error(image, z + c * root) for root in _ROOTS) / 3
 
 
 _ROOTS = np.exp(2j * np.pi / 3 * np.arange(3))
@@ -176,7 +182,7 @@ def relative_root(image: Noisy, reference: Noisy) -> Metric:
     """√(mean (a − b)²) / b̄, debiased. The noise of the reference's mean b̄ is the same that moves the error, so both go into
     one response: to first order mse / b̄² moves by (−2 (a − b) − 2 mse / b̄) e / b̄²."""
     mean, _ = reference.grand_mean
-    mse = debiased(squared_error, image, reference).value
+    mse = debiased(squared_error, image, reference, quadratic=True).value
     if mean == 0:
         return _exact(0.0 if mse == 0 else math.inf)
     if image.still and reference.still:
@@ -185,7 +191,7 @@ def relative_root(image: Noisy, reference: Noisy) -> Metric:
     def error(a: Pixels, b: Pixels) -> Pixels:
         return (np.square(a - b) - 2 * mse / mean * (b - mean)) / mean**2
 
-    return debiased(error, image, reference).map(math.sqrt)
+    return debiased(error, image, reference, quadratic=True).map(math.sqrt)
 
 
 def averaged(error: PerChannel, image: Noisy, reference: Noisy) -> Metric:

@@ -229,8 +229,8 @@ def plan(state: RenderState, target_error: float, cap_spp: int, mask: NDArray | 
 
 
 def rung(state: RenderState, target_error: float, cap_spp: int, mask: NDArray | None = None) -> int:
-    """Samples per pixel of a pass to go on with: those of the state, or more, to start over with. Better stratification then saves
-    more than the few samples thrown away (1413 instead of 3033 samples a pixel from 16 to 64, 692 with 256, for a Phong sphere,
+    """Samples per pixel of a pass to go on with: the state's, or more, to start over with. Better stratification then saves more
+    than the few samples thrown away (1413 instead of 3033 samples a pixel from 16 to 64, 692 with 256, for a Phong sphere,
     N = 10, in an interior). Asked after the first passes, and once more of a better known error."""
     if state.passes not in (LOOK, MIN_PASSES):
         return state.pass_spp

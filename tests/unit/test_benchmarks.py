@@ -159,7 +159,7 @@ def test_frames_and_what_they_write_beside_a_copy():
         lane.close()
     copy = frames.copying(speeds, "some card")
     assert len(speeds) == 4 and copy.unit == "GB/s" and copy.ci95[0] <= copy.value <= copy.ci95[1] < 1e5
-    (rate,) = frames.rates(("glossy-mcguire",), (64, 48), "some card", 2.0)
-    assert rate.unit == "fps" and rate.what == "office/glossy-mcguire, 64 × 48"
-    written = rate.value * 64 * 48 * 32 * 1e-9
-    assert f"writes {written:.3g} GB/s, {written / 2.0:.1%} of a copy's" in rate.beside
+    rates = frames.rates(("glossy-mcguire",), (64, 48), "some card", 2.0)
+    assert rates and all(rate.unit == "fps" and rate.what.startswith("glossy-mcguire/") for rate in rates)
+    written = rates[0].value * 64 * 48 * 32 * 1e-9
+    assert f"writes {written:.3g} GB/s, {written / 2.0:.1%} of a copy's" in rates[0].beside

@@ -10,7 +10,8 @@ from scipy.ndimage import gaussian_filter
 
 from evalsuite.compare import compare
 from evalsuite.compare.comparison import debiased_metrics
-from evalsuite.compare.statistics import Noisy
+from evalsuite.compare.metrics import squared_error
+from evalsuite.compare.statistics import Noisy, debiased
 
 DEBIASED = ("mse", "rmse", "relmse", "rel_rmse", "bias", "rel_bias")
 NOISY = ("mae", "smape", "ssim", "flip", "flip_hdr", "delta_e2000", "max_abs", "p99_abs", "psnr")
@@ -103,6 +104,17 @@ def debiased_coverage(kind, relative, error_scale, uneven, repetitions, with_ske
         for name, metric in debiased_metrics(quiet(image), reference).items():
             hits[name] += metric.ci95[0] <= exact[name].value <= metric.ci95[1]
     return {name: count / repetitions for name, count in hits.items()}
+
+
+@pytest.mark.parametrize("with_skew", [True, False])
+def test_a_quadratic_error_has_no_third_order(with_skew):
+    """What is left out for it changes nothing."""
+    mean, error = truth(24)
+    a, b, sigma, skew = (p.reshape(-1, 3) for p in estimate(np.random.default_rng(3), mean, 0.1, "exponential"))
+    reference = Noisy((a + b) / 2, np.broadcast_to(sigma, a.shape), (a - b) / 2, True, skew if with_skew else None)
+    image = quiet((mean + 0.1 * error).reshape(-1, 3))
+    found, whole = (debiased(squared_error, image, reference, quadratic=q) for q in (True, False))
+    assert (found.value, *found.ci95) == pytest.approx((whole.value, *whole.ci95), rel=1e-9) and found.value > 0
 
 
 def quiet(picture):
