@@ -2,8 +2,8 @@
 
 A pass of n samples a pixel has a relative standard error E(n). Passes are independent, so k of them have E(n)/√k. A pass's own
 samples are stratified: E(4n) = E(n) 4^−q, where q is 1/2 for independent samples and nearly 1 in smooth lighting, and the nearer
-to 1/2 the longer the passes are. The renderer climbs to longer passes where that saves samples (`passes.rung`); how many it
-takes is found by following it there.
+to 1/2 the longer the passes are; the less noise a picture has the nearer to 1, since what is smooth is stratified well. The
+renderer climbs to longer passes where that saves samples (`passes.rung`); how many it takes is found by following it there.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from evalsuite.reference.passes import LOOK, MIN_PASSES, RUNGS, rung_for
 
 #: How a reference is told apart, from most alike to any.
 ALIKE = (("scene", "environment", "target", "bsdf"), ("scene", "environment", "target"), ("scene", "target"), ("target",), ())
-#: q from the shortest passes to the next, taken for granted, and its standard deviation from one reference to another; and what
-#: is left of q − 1/2 from rung to rung. Of 35 references of the built-in reports in 64².
-GRANTED_Q, SPREAD_Q, LEFT = 0.68, 0.12, 0.7
+#: q from the shortest passes to the next, taken for granted: GRANTED_Q − FALL ln E of these passes (a correlation of −0.57), and
+#: its standard deviation about that; and what is left of q − 1/2 from rung to rung. Of 35 built-in references in 64².
+GRANTED_Q, FALL, SPREAD_Q, LEFT = 0.43, 0.117, 0.12, 0.7
 #: Seconds taken for granted as far as no reference says otherwise: of a rung's first pass (its kernel is compiled), of any pass,
 #: of a sample; and how many times that where light is followed from surface to surface.
 GRANTED_S = (0.25, 0.01, 0.08e-6)
@@ -70,11 +70,11 @@ def _on_all(pass_errors: Mapping[int, float], q: float) -> dict[int, float]:
 
 @dataclass(frozen=True)
 class Law:
-    """rows: references rendered, as `store.costs` keeps them. q, spread: the exponent where a reference's own is not known, and
-    its standard deviation. start, step: seconds of a rung and of a pass; rates: of a sample, by `_kinds`."""
+    """rows: references rendered, as `store.costs` keeps them. shift, spread: what exponents are beyond `granted_q`, and their
+    standard deviation. start, step: seconds of a rung and of a pass; rates: of a sample, by `_kinds`."""
 
     rows: Sequence[Mapping]
-    q: float
+    shift: float
     spread: float
     start: float
     step: float
@@ -82,11 +82,11 @@ class Law:
 
     @classmethod
     def of(cls, rows: Sequence[Mapping]) -> Self:
-        slopes = [slope for row in rows if (slope := _slope(errors_of(row))) is not None]
-        # Three references' worth of what is granted. Those that climbed are the hard ones, alike: they tell of others no better.
-        q = (sum(slopes) + 3 * GRANTED_Q) / (len(slopes) + 3)
-        spread = max(SPREAD_Q, math.sqrt(sum((slope - q) ** 2 for slope in slopes) / max(len(slopes), 1)))
-        return cls(rows, q, spread, *_seconds(rows))
+        known = [errors_of(row) for row in rows]
+        beyond = [slope - granted_q(errors) for errors in known if (slope := _slope(errors)) is not None]
+        shift = sum(beyond) / (len(beyond) + 3)  # three references' worth of what is granted
+        spread = max(SPREAD_Q, math.sqrt(sum((one - shift) ** 2 for one in beyond) / max(len(beyond), 1)))
+        return cls(rows, shift, spread, *_seconds(rows))
 
     def reference(self, like: Mapping, pixels: int, error: float, cap: int, sigmas: float = 0.0) -> tuple[float, float]:
         """Samples a pixel, and seconds, of a reference. sigmas: that many standard deviations above what is expected."""
@@ -100,7 +100,8 @@ class Law:
     def effort(self, errors: Mapping[int, float], pixels: int, error: float, cap: int, sigmas: float = 0.0) -> Effort:
         """As `effort`, with the exponent that these pass errors show, else the law's."""
         own = _slope(errors)
-        return effort(errors, (self.q if own is None else own) - sigmas * self.spread, error, cap, pixels)
+        q = granted_q(errors) + self.shift if own is None else own
+        return effort(errors, q - sigmas * self.spread, error, cap, pixels)
 
     def seconds(self, one: Effort, like: Mapping, pixels: int) -> float:
         """Seconds of rendering."""
@@ -134,6 +135,12 @@ def errors_of(row: Mapping) -> dict[int, float]:
         return {int(n): float(error) for n, error in found.items()}
     rung = max((n for n in RUNGS if n * MIN_PASSES <= row["spp"]), default=RUNGS[0])
     return {rung: row["reached_error"] * math.sqrt(row["spp"] / rung)}
+
+
+def granted_q(errors: Mapping[int, float]) -> float:
+    """q of the first step, taken for granted of a reference with these errors of passes; between 1/2 and 1."""
+    first = _on_all(errors, 0.7)[RUNGS[0]]
+    return min(max(GRANTED_Q - FALL * math.log(first), 0.5), 1.0) if first > 0 else 1.0
 
 
 def _real(value: object) -> bool:

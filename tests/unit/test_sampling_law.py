@@ -9,7 +9,7 @@ import pytest
 
 from evalsuite import sampling_law
 from evalsuite.reference import passes as adding
-from evalsuite.sampling_law import Effort, Law, WorstPixel, effort, errors_of
+from evalsuite.sampling_law import Effort, Law, WorstPixel, effort, errors_of, granted_q
 
 LIKE = {"scene": "s", "environment": "e", "target": "t", "bsdf": "b"}
 START, STEP, RATE = 0.4, 0.02, 3e-7
@@ -74,9 +74,9 @@ def test_samples_of_a_finer_error_follow_from_the_rungs_that_are_known():
     assert law.effort(errors_of(law.rows[1]), 4096, 0.005, 1 << 15) == effort(hard, 0.7, 0.005, 1 << 15, 4096)
     spp, _ = law.reference(LIKE | {"bsdf": "hard"}, 16384, 0.005, 1 << 15)
     assert spp == effort(hard, 0.7, 0.005, 1 << 15, 16384).spp
-    # The easy one has not: the law's exponent, between what is granted and what the hard one shows.
-    assert sampling_law.GRANTED_Q < law.q < 0.7
-    assert law.reference(LIKE, 4096, 0.005, 1 << 15)[0] == effort(easy, law.q, 0.005, 1 << 15, 4096).spp
+    # The easy one has not: what is granted of so little noise, and of what the hard one shows beyond what is granted it a part.
+    assert 0.5 < granted_q(hard) < 0.7 < granted_q(easy) < 1 and 0 < law.shift < 0.7 - granted_q(hard)
+    assert law.reference(LIKE, 4096, 0.005, 1 << 15)[0] == effort(easy, granted_q(easy) + law.shift, 0.005, 1 << 15, 4096).spp
     assert law.reference(LIKE, 4096, 0.001, 1 << 15, 1.0)[0] > law.reference(LIKE, 4096, 0.001, 1 << 15)[0]
     assert law.reference(LIKE, 4096, 0.001, 4096)[0] <= 4096, "the cap"
 
