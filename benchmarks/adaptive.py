@@ -133,7 +133,7 @@ def _adaptive(
 def _uniform(case: Case, source: SceneSource, spp: int, seeds: int, workers: Workers) -> tuple[NDArray, float]:
     """Passes of `spp` samples, (K, H, W, 3), and seconds for a sample a pixel."""
     asked = (source, case.target, spp, range(seeds), 1 << 20)
-    radiance, seconds = workers.reference.call("evalsuite.reference.worker:passes", *asked)
+    radiance, seconds, _ = workers.reference.call("evalsuite.reference.worker:passes", *asked)
     return radiance, seconds / (spp * seeds)
 
 

@@ -56,6 +56,8 @@ def of_run(run: Run, made: Sequence[tuple[Cell, Mapping]], directory: Path, wall
         "kind": "run",
         "wall": wall,
         "reference_s": sum(row["seconds"] for row in run.costs),
+        "processor": sum(row["processor"] for row in run.costs),
+        "cores": run.workers.passes.cores,
         "drawn": len(run.drawn),
         "drawn_pixels": sum(run.drawn),
         "fresh": len(fresh),
@@ -113,6 +115,8 @@ def _both(scatter: float, most: float, value: float) -> float:
 
 #: Standard deviation of log(true / predicted) that is always granted: a reference's own samples leave it open.
 LEAST_SCATTER = 0.3
+#: Quantile of references by the processor time of their second, at which nothing else took any.
+ALONE = 0.9
 #: What a line must have to be gone by.
 KEYS = {
     "reference": ("pixels", "spp", "reached_error", "seconds"),
@@ -126,12 +130,33 @@ def _whole(row: Mapping, kind: str) -> bool:
 
 def known(run: Run) -> tuple[list[dict], list[dict]]:
     """References, made as this run's are, and runs that can be gone by: those of earlier runs, and what this one has rendered.
-    References with the seconds that they would take on as many cores as this run has."""
+    References, and those of runs, with the seconds that they would take on as many cores as this run has and alone: rendered
+    beside other work they took longer, but no more processor time."""
     rows = [*costs.read(run.store.root), *run.costs]
     references, runs = ([row for row in rows if _whole(row, kind)] for kind in KEYS)
     references = [row for row in references if (row.get("worst_error") is None) == (run.settings.worst_error is None)]
-    cores = run.workers.passes.cores
-    return [row | {"seconds": row["seconds"] * row.get("cores", cores) / cores} for row in references], runs
+    return alone(references, runs, run.workers.passes.cores)
+
+
+def alone(references: Sequence[Mapping], runs: Sequence[Mapping], cores: int) -> tuple[list[dict], list[dict]]:
+    """Rows as `known` gives them. Who has no processor time keeps the seconds of its clock."""
+    used = [spent / (row["seconds"] * row.get("cores", cores)) for row in references if (spent := _spent(row)) and row["seconds"]]
+    share = min(float(np.quantile(used, ALONE)), 1.0) if used else 1.0  # of the cores, that a reference keeps busy
+
+    def seconds(row: Mapping, key: str) -> float:
+        """On the cores of who rendered it."""
+        return spent / (share * row.get("cores", cores)) if (spent := _spent(row)) else row[key]
+
+    return (
+        [row | {"seconds": seconds(row, "seconds") * row.get("cores", cores) / cores} for row in references],
+        [row | {"reference_s": seconds(row, "reference_s")} for row in runs],
+    )
+
+
+def _spent(row: Mapping) -> float:
+    """Processor time [s]; 0 where there is none to go by."""
+    spent = row.get("processor")
+    return float(spent) if isinstance(spent, int | float) and 0 < spent < math.inf else 0.0
 
 
 def at_hand(run: Run, cells: Sequence[Cell]) -> bool:

@@ -60,7 +60,7 @@ def _steering(
 
     def climbed(state: RenderState) -> RenderState:
         rung = passes.rung(state, *uniform)
-        return state if rung == state.pass_spp else passes.blank(mask.shape[::-1], state.seed, rung, state.seconds)
+        return state if rung == state.pass_spp else passes.instead(state, rung)
 
     return lambda state: passes.plan(state, *uniform), climbed
 
@@ -77,6 +77,5 @@ def _rendered(workers: Pool, source: SceneSource, plan: Mapping, state: RenderSt
         about = source, plan["target"], state.pass_spp, numbers, plan["seed"], plan.get("decomposition"), state.look
         tasks.append(workers.submit("evalsuite.reference.worker:passes", *about))
     for task in tasks:
-        radiance, seconds = task.result()
-        state = passes.added(state, radiance, seconds)
+        state = passes.added(state, *task.result())
     return state

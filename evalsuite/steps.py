@@ -139,6 +139,7 @@ class Steps(SceneSteps):
             with self._lock:
                 # As long as all workers together would have taken.
                 took = {"pixels": mask.size, "cores": pool.cores, "seconds": state.seconds / pool.width}
+                took["processor"] = state.processor
                 self.costs.append({"kind": "reference", **about(source, target), **facts, **took, **_asked(settings, facts)})
             entry = self.store.put("reference", key, facts, fill)
             partial.unlink(missing_ok=True)

@@ -82,11 +82,10 @@ def onward(state: RenderState, goal: Goal) -> RenderState:
         return state
     wanted = needed(state, goal)
     counts, planned = shared(wanted, PASSES, goal)
-    size = counts.shape[::-1]
     if state.look + 1 < LOOKS and planned * counts.sum() > 2 * LOOK * state.passes * state.pass_samples:
         counts, _ = shared(wanted / LOOK, (MIN_PASSES,), goal)
-        return passes.blank(size, state.seed, counts, state.seconds, state.look + 1)
-    return passes.blank(size, state.seed, counts, state.seconds, state.look + 1, planned)
+        return passes.instead(state, counts, state.look + 1)
+    return passes.instead(state, counts, state.look + 1, planned)
 
 
 def needed(state: RenderState, goal: Goal) -> NDArray[np.float64]:

@@ -40,8 +40,9 @@ class RenderState:
 
     even, odd: (H, W, 3) float64 sums of the radiance of even and odd passes: two independent halves. squares, cubes: (H, W, 3)
     float64 sums of the squares and cubes of all passes' radiance. pass_spp: samples per pixel of one pass, (H, W) int32 where
-    pixels differ (`reference.adaptive`). passes: how many. seed: the run's. seconds: time spent rendering (not part of the
-    result). look, planned: how many states that one was planned by, which gave themselves up for it; and how many passes.
+    pixels differ (`reference.adaptive`). passes: how many. seed: the run's. seconds, processor: spent on rendering, of the
+    clock and of processors, all threads (not part of the result). look, planned: how many states that one was planned by, which
+    gave themselves up for it; and how many passes.
     """
 
     even: NDArray[np.float64]
@@ -54,6 +55,7 @@ class RenderState:
     seconds: float = 0.0
     look: int = 0
     planned: int = 0
+    processor: float = 0.0
 
     @property
     def pass_samples(self) -> int:
@@ -101,7 +103,7 @@ class RenderState:
         return (self.even / (self.passes - odd_passes)).astype(np.float32), (self.odd / odd_passes).astype(np.float32)
 
 
-_STATE = ("even", "odd", "squares", "cubes", "pass_spp", "passes", "seconds", "look", "planned")
+_STATE = ("even", "odd", "squares", "cubes", "pass_spp", "passes", "seconds", "look", "planned", "processor")
 
 
 def save_state(state: RenderState, path: Path) -> None:
@@ -134,6 +136,7 @@ def load_state(path: Path, seed: int) -> RenderState | None:
         float(values["seconds"]),
         int(values["look"]),
         int(values["planned"]),
+        float(values["processor"]),
     )
 
 
@@ -141,17 +144,25 @@ def blank(
     size: tuple[int, int],
     seed: int = 0,
     pass_spp: int | NDArray[np.int32] = RUNGS[0],
-    seconds: float = 0.0,
     look: int = 0,
     planned: int = 0,
 ) -> RenderState:
-    """A state without any pass. size: (width, height). seconds: already spent on a state given up for this one."""
+    """A state without any pass. size: (width, height)."""
     zeros = np.zeros((size[1], size[0], 3))
-    return RenderState(zeros, zeros, zeros, zeros, pass_spp, 0, seed, seconds, look, planned)
+    return RenderState(zeros, zeros, zeros, zeros, pass_spp, 0, seed, 0.0, look, planned)
 
 
-def added(state: RenderState, radiance: Iterable[NDArray[np.float32]], seconds: float = 0.0) -> RenderState:
-    """The state after further passes. radiance: (H, W, 3) of each, from number `state.passes` on. seconds: what they took."""
+def instead(state: RenderState, pass_spp: int | NDArray[np.int32], look: int = 0, planned: int = 0) -> RenderState:
+    """A state without any pass for one that is given up, whose time stays spent."""
+    fresh = blank(state.even.shape[1::-1], state.seed, pass_spp, look, planned)
+    return replace(fresh, seconds=state.seconds, processor=state.processor)
+
+
+def added(
+    state: RenderState, radiance: Iterable[NDArray[np.float32]], seconds: float = 0.0, processor: float = 0.0
+) -> RenderState:
+    """The state after further passes. radiance: (H, W, 3) of each, from number `state.passes` on. seconds, processor: what they
+    took."""
     even, odd, squares, cubes = (sums.copy() for sums in (state.even, state.odd, state.squares, state.cubes))
     number = state.passes
     for image in radiance:
@@ -160,7 +171,8 @@ def added(state: RenderState, radiance: Iterable[NDArray[np.float32]], seconds: 
         squares += image**2
         cubes += image**3
         number += 1
-    return replace(state, even=even, odd=odd, squares=squares, cubes=cubes, passes=number, seconds=state.seconds + seconds)
+    took = {"seconds": state.seconds + seconds, "processor": state.processor + processor}
+    return replace(state, even=even, odd=odd, squares=squares, cubes=cubes, passes=number, **took)
 
 
 def pass_seed(seed: int, number: int, *part: int) -> int:

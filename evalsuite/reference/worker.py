@@ -70,11 +70,12 @@ def passes(
     seed: int,
     decomposition: DecompositionSettings | None = None,
     look: int = 0,
-) -> tuple[NDArray[np.float32], float]:
-    """Radiance of some passes of a reference, (K, H, W, 3), and the seconds that they took; see `render.passes`."""
-    started = time.perf_counter()
+) -> tuple[NDArray[np.float32], float, float]:
+    """Radiance of some passes of a reference, (K, H, W, 3), and the seconds that they took, of the clock and of processors; see
+    `render.passes`."""
+    started, used = time.perf_counter(), time.process_time()
     found = np.stack(list(render.passes(source, target, pass_spp, numbers, seed, decomposition, look)))
-    return found, time.perf_counter() - started
+    return found, time.perf_counter() - started, time.process_time() - used
 
 
 def bake_room(source: SceneSource) -> Room:

@@ -64,6 +64,18 @@ def test_references_of_other_clusters_count_by_their_cores(tmp_path):
     assert [row["worst_error"] for row in forecast.known(here)[0]] == [0.1]
 
 
+def test_what_took_long_beside_other_work_counts_as_if_alone():
+    quiet = [reference(0.02) | {"cores": 2, "seconds": 10.0, "processor": 19.0} for _ in range(8)]
+    busy = [reference(0.02) | {"cores": 2, "seconds": 16.0, "processor": 19.0} for _ in range(8)]
+    before = reference(0.02) | {"cores": 2, "seconds": 12.0}  # a line that does not say
+    here, _ = forecast.alone([*quiet, *busy, before], [], 2)
+    assert [row["seconds"] for row in here] == pytest.approx([10.0] * 16 + [12.0])
+    there, runs = forecast.alone([*quiet, *busy], [run(1, 50.0) | {"processor": 76.0, "cores": 4}, run(1, 50.0)], 4)
+    assert [row["seconds"] for row in there] == pytest.approx([5.0] * 16)
+    assert runs[0]["reference_s"] == pytest.approx(20.0), "on the cores of its run, 95 % of them busy"
+    assert runs[1]["reference_s"] == run(1, 50.0)["reference_s"]
+
+
 def test_the_file_does_not_grow_without_end(tmp_path, monkeypatch):
     monkeypatch.setattr(costs, "LATEST", 2000)
     for number in range(100):

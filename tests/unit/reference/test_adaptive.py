@@ -125,7 +125,7 @@ class Lamps:
         drawn = [np.random.default_rng([seed, number, look]).binomial(counts, self.found) for number in numbers]
         radiance = np.stack([1.0 + self.lamp * hits / counts for hits in drawn])[..., None].repeat(3, axis=-1)
         task = Future()
-        task.set_result((radiance.astype(np.float32), 0.0))
+        task.set_result((radiance.astype(np.float32), 0.0, 0.0))
         return task
 
 
