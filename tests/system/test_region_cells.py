@@ -4,41 +4,17 @@ from __future__ import annotations
 
 import json
 
-import numpy as np
+import lamp_and_box
 import pytest
 
 from evalsuite.image import exr
 
-BOX = """<scene version="3.0.0">
-    <sensor type="perspective">
-        <transform name="to_world"><lookat origin="3, 4, 5" target="0, 0.3, 0" up="0, 1, 0"/></transform>
-        <float name="fov" value="36"/>
-        <film type="hdrfilm"><integer name="width" value="64"/><integer name="height" value="64"/></film>
-    </sensor>
-    <emitter type="envmap"><string name="filename" value="lamp.exr"/></emitter>
-    <bsdf type="diffuse" id="subject"><rgb name="reflectance" value="0.5"/></bsdf>
-    <shape type="rectangle">
-        <transform name="to_world"><scale value="2.6"/><rotate x="1" angle="-90"/></transform><ref id="subject"/>
-    </shape>
-    <shape type="cube">
-        <transform name="to_world"><scale x="0.4" y="0.6" z="0.4"/><rotate y="1" angle="20"/><translate y="0.6"/></transform>
-        <ref id="subject"/>
-    </shape>
-</scene>
-"""
-
 
 @pytest.fixture(scope="module")
 def cells(evalsuite, tmp_path_factory):
-    from evalsuite.math.sphere import latlong_directions
-
     place = tmp_path_factory.mktemp("where")
-    centre = np.array([-0.7, 0.6, -0.3]) / np.linalg.norm([-0.7, 0.6, -0.3])
-    radiance = np.full((64, 128, 3), 0.02, np.float32)
-    radiance[latlong_directions(64, 128) @ centre > np.cos(np.radians(8.0))] = (20.0, 18.0, 15.0)
-    exr.write(place / "lamp.exr", radiance)
-    (place / "box.xml").write_text(BOX)
-    done = evalsuite("run", "--scene", place / "box.xml", "-t", "shadow-none", "--target", "direct", "--target", "unoccluded",
+    scene = lamp_and_box.write(place, 64, (-0.7, 0.6, -0.3), 64)
+    done = evalsuite("run", "--scene", scene, "-t", "shadow-none", "--target", "direct", "--target", "unoccluded",
                      "--out", place / "out")  # fmt: skip
     assert done.code == 0, done.err
     cells = json.loads((place / "out" / "results.json").read_text())["cells"]

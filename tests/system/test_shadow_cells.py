@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import lamp_and_box
 import numpy as np
 import pytest
 import schema
@@ -11,35 +12,11 @@ from scipy import ndimage
 
 from evalsuite.image import exr
 
-BOX = """<scene version="3.0.0">
-    <sensor type="perspective">
-        <transform name="to_world"><lookat origin="3, 4, 5" target="0, 0.3, 0" up="0, 1, 0"/></transform>
-        <float name="fov" value="36"/>
-        <film type="hdrfilm"><integer name="width" value="96"/><integer name="height" value="96"/></film>
-    </sensor>
-    <emitter type="envmap"><string name="filename" value="lamp.exr"/></emitter>
-    <bsdf type="diffuse" id="subject"><rgb name="reflectance" value="0.5"/></bsdf>
-    <shape type="rectangle">
-        <transform name="to_world"><scale value="2.6"/><rotate x="1" angle="-90"/></transform><ref id="subject"/>
-    </shape>
-    <shape type="cube">
-        <transform name="to_world"><scale x="0.4" y="0.6" z="0.4"/><rotate y="1" angle="20"/><translate y="0.6"/></transform>
-        <ref id="subject"/>
-    </shape>
-</scene>
-"""
-
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    from evalsuite.math.sphere import latlong_directions
-
     place = tmp_path_factory.mktemp("one light, one box")
-    centre = np.array([0.5, 0.8, 0.4]) / np.linalg.norm([0.5, 0.8, 0.4])
-    radiance = np.full((128, 256, 3), 0.02, np.float32)
-    radiance[latlong_directions(128, 256) @ centre > np.cos(np.radians(8.0))] = (20.0, 18.0, 15.0)
-    exr.write(place / "lamp.exr", radiance)
-    (place / "box.xml").write_text(BOX)
+    lamp_and_box.write(place, 96, (0.5, 0.8, 0.4), 128)
     return place
 
 
