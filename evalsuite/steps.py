@@ -138,9 +138,9 @@ class Steps(SceneSteps):
                 facts["pass_errors"] = {rung // mask.size: of_a_pass for rung, (_, of_a_pass) in rungs.items()}
             with self._lock:
                 # As long as all workers together would have taken.
-                took = {"pixels": mask.size, "cores": pool.cores, "seconds": state.seconds / pool.width}
-                took["processor"] = state.processor
-                self.costs.append({"kind": "reference", **about(source, target), **facts, **took, **_asked(settings, facts)})
+                took = {"seconds": state.seconds / pool.width, "processor": state.processor, "cores": pool.cores}
+                row = {"kind": "reference", "pixels": mask.size, **about(source, target), **facts, **took}
+                self.costs.append(row | _asked(settings, facts))
             entry = self.store.put("reference", key, facts, fill)
             partial.unlink(missing_ok=True)
             return entry

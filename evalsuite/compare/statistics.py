@@ -125,7 +125,8 @@ def debiased(error: PerChannel, image: Noisy, reference: Noisy, quadratic: bool 
     more than a standard error or, of unknown skewness, where the two differ by more. quadratic: the error is, in both pictures:
     there is no third order."""
     if image.still and reference.still:
-        return _exact(float(error(image.mean, reference.mean).mean()))
+        value = float(error(image.mean, reference.mean).mean())
+        return _exact(value if math.isfinite(value) else math.inf)
     found = error(image.complex, reference.complex) if quadratic else _analytic(error, image.complex, reference)
     value, known = float(found.real.mean()), measured(image, reference)
     if not math.isfinite(value):
@@ -185,8 +186,6 @@ def relative_root(image: Noisy, reference: Noisy) -> Metric:
     mse = debiased(squared_error, image, reference, quadratic=True).value
     if mean == 0:
         return _exact(0.0 if mse == 0 else math.inf)
-    if image.still and reference.still:
-        return _exact(math.sqrt(mse) / abs(mean))
 
     def error(a: Pixels, b: Pixels) -> Pixels:
         return (np.square(a - b) - 2 * mse / mean * (b - mean)) / mean**2
